@@ -45,7 +45,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const bool lobes = K::kSurfaces && (guided || any(mask_not(LaneMask(v.kind == kDiffuse))));
   Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
   // Sharp lobes have no other use for it: so it is stratified together with the choices before.
-  if (lobes && h.drawn) lobe_u = select(pure_delta<Lane>(v.kind), du, lobe_u);
+  if (lobes && h.drawn) lobe_u = select(mask_and(h.chosen, pure_delta<Lane>(v.kind)), du, lobe_u);
   std::optional<GuidedScattering> by_guide;
   if (guided) by_guide.emplace(caustics, *tables, &lobe_u);
   BsdfSample<Lane> s = sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);

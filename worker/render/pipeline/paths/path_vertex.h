@@ -34,6 +34,7 @@ struct Hit {
   /// through surfaces before, or has chosen a mix's part.
   Lane du{}, dv{};
   bool drawn = false;
+  LaneMask chosen = splat_mask<Lane>(false);  // where it has
 };
 
 /// Where the segment that ends now began. The path's ray begins at the last boundary of a medium.
@@ -86,6 +87,7 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   const bool separates = K::kSurfaces && mode == Mode::kRadiance && separates_lobes(scene);
   h.drawn = stream && (w.alphas || scene.any_mix || separates);
   if (h.drawn) stream->get_2d(vertex_dim(depth, kDimBsdfDirection), &h.du, &h.dv);
+  const Lane whole = h.du;
   if (h.drawn && w.alphas) {
     const Lane left = gather(w.alphas->left, g.slot);
     h.du = select(LaneMask(left < 0.0f), h.du, left);
@@ -103,6 +105,7 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   if (separates && h.drawn)
     v.throughput =
         v.throughput * choose_lobe_class<Lane>(v.kind, g.active, dot(v.ns, v.wo), &v.params, &h.du);
+  if (h.drawn) h.chosen = LaneMask(h.du != whole);
   if (K::kSurfaces && scene.any_fibres)
     face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
   if (K::kSurfaces && scene.any_anisotropy)
