@@ -29,11 +29,8 @@ def main():
         setattr(cycles, f"{kind}_bounces", int(depth))
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
     cycles.caustics_reflective = cycles.caustics_refractive = True
-    cycles.film_exposure = 1
     settings = scene.render.image_settings
     settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
-    cycles.progressive = "PATH"
-    cycles.use_square_samples = False
     cycles.samples = int(rest[0])
     for seed in rest[1:]:
         cycles.seed = int(seed)

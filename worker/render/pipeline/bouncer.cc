@@ -69,25 +69,27 @@ void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
   *count += std::popcount(bits);
 }
 
-/// Calls meet(group, hit) for all paths that have a vertex, eight at a time.
+/// Calls meet(group, hit, stream) for all paths that have a vertex, eight at a time.
 template <class K, class Meet>
 void for_each_vertex(const RenderScene& scene, const LayerContext& layer, const Ends& ends, Mode mode,
                      int depth, Wavefront& w, Meet&& meet) {
   // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
   // over the end of a range that is not the last. sort_paths leaves a copy.
   const int32_t* slots = K::kMedia ? w.sorted.data() : w.paths.active;
+  const auto stream_of = [&](const Group& g) {
+    return mode == Mode::kImportance ? layer.light_stream<Lane>(g.slot) : layer.camera_stream<Lane>(g.slot);
+  };
   for (int base = 0; base < ends.hits; base += kLanes) {
     const Group g(slots + base, std::min(kLanes, ends.hits - base));
-    const SampleStream<Lane> stream =
-        mode == Mode::kImportance ? layer.light_stream<Lane>(g.slot) : layer.camera_stream<Lane>(g.slot);
+    const SampleStream<Lane> stream = stream_of(g);
     Hit h = reconstruct<K>(scene, w, g, mode, depth, &stream);
-    meet(g, h);
+    meet(g, h, stream);
   }
   if constexpr (K::kMedia) {
     for (int base = ends.hits; base < ends.collisions; base += kLanes) {
       const Group g(slots + base, std::min(kLanes, ends.collisions - base));
       Hit h = collision(scene, w, g, depth);
-      meet(g, h);
+      meet(g, h, stream_of(g));
     }
   }
 }
@@ -119,7 +121,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
   // A vertex at `depth` is the depth-th scattering event of a path that light tracing makes of it.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
-  for_each_vertex<K>(scene, layer, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
+  const auto meet = [&](const Group& g, Hit& h, const SampleStream<Lane>& stream) {
     if (recorder_of<K>(w)) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
@@ -160,10 +162,10 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
     // Entering a body and leaving it is one event.
     if (!go_on && !(K::kSurfaces && scene.any_bodies)) return;
-    const LaneMask go = scatter_paths<K>(context, layer.light_stream<Lane>(g.slot), h, h.valid,
-                                         Mode::kImportance, depth, true, w);
+    const LaneMask go = scatter_paths<K>(context, stream, h, h.valid, Mode::kImportance, depth, true, w);
     if (go_on) append_survivors(g.slot, go, paths.active, &survivors);
-  });
+  };
+  for_each_vertex<K>(scene, layer, ends, Mode::kImportance, depth, w, meet);
   for_each_leaving<K>(context, layer, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
     mark_unseen(scene, h.path, h.valid, &h.v);
     if (StrategyRecorder* recorder = recorder_of<K>(w))
@@ -201,7 +203,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     }
   }
   int survivors = 0;
-  for_each_vertex<K>(scene, layer, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
+  const auto meet = [&](const Group& g, Hit& h, const SampleStream<Lane>& stream) {
     const bool in_medium = K::kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (recorder_of<K>(w)) record_vertex(h, g, false, depth, w);
     if (lamps) add_lamps<K>(context, g, h.path, sqrt(h.distance2), depth, weigh_connections, w);
@@ -223,10 +225,11 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     if (StrategyRecorder* recorder = recorder_of<K>(w))
       recorder->store(false, w.vertices.size(), g.slot, connectable);
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
-    const LaneMask go = scatter_paths<K>(context, layer.camera_stream<Lane>(g.slot), h, h.valid,
-                                         Mode::kRadiance, depth, context.on(kLightPaths), w);
+    const LaneMask go =
+        scatter_paths<K>(context, stream, h, h.valid, Mode::kRadiance, depth, context.on(kLightPaths), w);
     append_survivors(g.slot, go, paths.active, &survivors);
-  });
+  };
+  for_each_vertex<K>(scene, layer, ends, Mode::kRadiance, depth, w, meet);
   for_each_leaving<K>(context, layer, Mode::kRadiance, depth, w, [&](const Group& g, const Hit& h) {
     if (StrategyRecorder* recorder = recorder_of<K>(w))
       recorder->store(false, w.vertices.size(), g.slot, h.valid);

@@ -48,10 +48,10 @@ inline RayKinds kinds_of_scattering(const VertexLanes<Lane>& v, const Vec3<Lane>
   const BsdfKind kind = lane(v.kind, l);
   if (kind == kPhaseFunction) return kVolumeRays | kDiffuseRays;  // as Cycles
   if (lane(dot(v.ng, wi), l) * lane(dot(v.ng, v.wo), l) < 0) return kTransmissionRays;
-  const bool principled = kind == kPrincipled || kind == kAnisotropicPrincipled;
   const bool glossy =
-      principled ? is_glossy_alone(lane(v.params.p[0], l), lane(v.params.p[1], l), lane(v.params.p[2], l))
-                 : reflects_glossily(kind);
+      has_both_classes<float>(kind)
+          ? is_glossy_alone(lane(v.params.p[0], l), lane(v.params.p[1], l), lane(v.params.p[2], l))
+          : reflects_glossily(kind);
   return glossy ? kGlossyRays : kDiffuseRays;
 }
 

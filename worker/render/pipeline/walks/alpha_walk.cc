@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "worker/render/bsdf/bsdf.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
 #include "worker/render/scene/geometry/placement.h"
@@ -15,7 +16,7 @@ const MeshRange& mesh_of(const RenderScene& scene, int32_t prim) {
   return *(after - 1);
 }
 
-/// Alpha where a ray has met triangle `hit.prim`.
+/// Alpha where a ray has met triangle `ray.prim`.
 float alpha_met(const RenderScene& scene, const TracedRay& ray, float time) {
   const FloatInput& alpha = mesh_of(scene, ray.prim).alpha;
   Vec3<float> o{ray.origin[0], ray.origin[1], ray.origin[2]};
@@ -64,9 +65,7 @@ void cast_through_alpha(const StageContext& context, const LayerContext& layer, 
       if (a >= 1) continue;
       float& left = work.left[slot];
       if (left < 0) left = first_number(layer, light, depth, slot);
-      const bool stops = left < a;
-      left = std::clamp(stops ? left / a : (left - a) / (1 - a), 0.0f, 1 - 0x1p-24f);
-      if (stops) continue;
+      if (choose_lobe(a, &left)) continue;  // it stops
       work.passed.add(id, ray.prim, ray.instance);
       work.undecided.push_back(slot);
     }

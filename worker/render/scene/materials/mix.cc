@@ -47,14 +47,6 @@ float uniform_of(int32_t prim, const float p[3]) {
   return static_cast<float>(h >> 8) * 0x1p-24f;
 }
 
-/// Whether `u` chooses the second part, whose probability is `second`; `u` becomes uniform again.
-bool takes_second(float second, float* u) {
-  const bool is_second = *u < second;
-  *u = is_second ? *u / second : (*u - second) / (1 - second);
-  *u = std::clamp(*u, 0.0f, 1 - 0x1p-24f);
-  return is_second;
-}
-
 /// Whether the material is body `body`, or has it among its parts.
 bool leads_to(const RenderScene& scene, int32_t material, int32_t body) {
   std::vector<int32_t> open{material};
@@ -90,7 +82,7 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
     if (e.kind != kMix) return choice;
     if (e.mix_rule == MixRule::kChance) {
       const float amount = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at).r : e.scale;
-      choice.material = takes_second(amount, &choice.u) ? e.mix_second : e.mix_first;
+      choice.material = choose_lobe(amount, &choice.u) ? e.mix_second : e.mix_first;
       continue;
     }
     if (body >= 0) {
@@ -99,7 +91,7 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
     }
     const Weights w = weights_of(scene, e, at);
     const float second = chance_of_second(scene, e, w);
-    const bool is_second = takes_second(second, &choice.u);
+    const bool is_second = choose_lobe(second, &choice.u);
     choice.scale *= is_second ? w.second / second : w.first / (1 - second);
     choice.material = is_second ? e.mix_second : e.mix_first;
   }
