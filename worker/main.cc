@@ -127,7 +127,7 @@ void add_options(CLI::App& app, Options& options) {
       ->envname("LIGHTMILL_SCENE_MEMORY")
       ->capture_default_str();
   app.add_option("--texture-memory", options.texture_memory,
-                 "Memory for a scene's textures, e.g. 500M; auto: half of what there is; none: no bound")
+                 "Memory for a scene's textures and grids, e.g. 500M; auto: half of what there is; none: no bound")
       ->envname("LIGHTMILL_TEXTURE_MEMORY")
       ->capture_default_str();
   app.add_option("--drain-timeout", options.drain_timeout, "Seconds to finish tiles in after SIGTERM")
@@ -219,10 +219,10 @@ int run(const Options& options) {
   if (metrics) measured_link.emplace(grpc, *metrics);
   agent::FarmLink& link = metrics ? static_cast<agent::FarmLink&>(*measured_link) : grpc;
   const std::string folder = options.cache_dir.empty() ? default_cache_dir() : options.cache_dir;
-  agent::SceneCache scenes(link, {(std::filesystem::path(folder) / "blobs").string(),
-                                  cache_bytes,
-                                  scene_bytes,
-                                  {threads, texture_bytes}});
+  BuildOptions build(threads, texture_bytes);
+  build.spill_folder = folder;
+  agent::SceneCache scenes(
+      link, {(std::filesystem::path(folder) / "blobs").string(), cache_bytes, scene_bytes, build});
   std::optional<MeasuredSource> measured_scenes;
   if (metrics) {
     measured_scenes.emplace(scenes, *metrics);

@@ -213,7 +213,7 @@ void add_render(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 4096).description("0 to 4096"))
       ->capture_default_str();
   verb->add_option("--texture-memory", options->texture_memory,
-                   "Memory for textures, e.g. 500M; auto: half of what there is; none: no bound")
+                   "Memory for textures and grids, e.g. 500M; auto: half of what there is; none: no bound")
       ->capture_default_str();
   verb->add_option("--reference", options->reference, "An image to measure true errors against");
   verb->add_option("--report", options->report, "Folder for error.csv, error.svg and report.html");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/spill/spill_array.h"
 #include "common/scene/scene_values.h"
 
 namespace lightmill {
@@ -18,8 +19,9 @@ struct VolumeField {
   float outside = 0;
   std::vector<float> values;  // finite, not negative
   /// Not empty: only some blocks of 8^3 cells have values, the others are `outside`. By block, x fastest:
-  /// where its 8^3 values begin, or -1. Blocks may share theirs. One channel.
+  /// where its 8^3 values begin in `block_values`, or -1. Blocks may share theirs. One channel.
   std::vector<int32_t> blocks;
+  std::shared_ptr<SpillArray<float>> block_values;
 
   /// The value of a cell, which exists.
   float at(int x, int y, int z, int channel = 0) const {
@@ -34,7 +36,8 @@ struct VolumeField {
     const auto index = [](int i) { return static_cast<size_t>(i); };
     const auto count = [&](int n) { return index((n + 7) / 8); };
     const int32_t first = blocks[(index(z / 8) * count(ny) + index(y / 8)) * count(nx) + index(x / 8)];
-    return first < 0 ? outside : values[index(first) + index((z % 8 * 8 + y % 8) * 8 + x % 8)];
+    if (first < 0) return outside;
+    return block_values->data()[index(first) + index((z % 8 * 8 + y % 8) * 8 + x % 8)];
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 // How a scene is built for rendering; none of it shows in its pixels.
 #include <cstdint>
+#include <string>
 
 namespace lightmill {
 
@@ -12,8 +13,10 @@ struct BuildOptions {
   BuildOptions(int thread_limit = 0, uint64_t max_texture_bytes = kUnboundedTextures)
       : threads(thread_limit), texture_bytes(max_texture_bytes) {}
 
-  int threads;             // that read images and build the tree; 0: one per processor
-  uint64_t texture_bytes;  // of memory for images on surfaces; what has no room is read where it is needed
+  int threads;               // that read images and build the tree; 0: one per processor
+  uint64_t texture_bytes;    // of memory for images on surfaces; what has no room is read where it is needed.
+                             // Grids of media may take what images leave; beyond, they are in files
+  std::string spill_folder;  // of these; empty: spill_area.h chooses
   bool normalised_light = true;  // normalised_light.h; false: what is recorded has the scene's brightness
   bool unused_textures = false;  // images that nothing in use shows are read, too, to be checked
 };

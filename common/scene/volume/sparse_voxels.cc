@@ -31,15 +31,20 @@ void SparseVoxels::add_leaf(const VoxelIndex& origin, const Leaf& values) {
     any = any || v[static_cast<size_t>(to)] != 0;
   }
   if (!any) return;
-  add_cube(origin, kSide, static_cast<int32_t>(values_.size()));
-  values_.insert(values_.end(), v.begin(), v.end());
+  add_cube(origin, kSide, static_cast<int32_t>(values_->size()));
+  values_->append(v.data(), v.size());
 }
 
 void SparseVoxels::add_tile(const VoxelIndex& origin, int64_t side, float value) {
   const float x = good(value);
   if (x == 0) return;
-  auto [known, is_new] = tiles_.try_emplace(std::bit_cast<uint32_t>(x), static_cast<int32_t>(values_.size()));
-  if (is_new) values_.insert(values_.end(), kLeafValues, x);
+  auto [known, is_new] =
+      tiles_.try_emplace(std::bit_cast<uint32_t>(x), static_cast<int32_t>(values_->size()));
+  if (is_new) {
+    Leaf all;
+    all.fill(x);
+    values_->append(all.data(), all.size());
+  }
   add_cube(origin, side, known->second);
 }
 
@@ -47,7 +52,7 @@ void SparseVoxels::add_cube(const VoxelIndex& origin, int64_t side, int32_t firs
   for (const int64_t x : {origin.x, origin.y, origin.z}) {
     if (std::abs(x) > kFarthest) throw Error(ErrorKind::kBadScene, "has voxels beyond index 2^24");
   }
-  if (values_.size() > kMostValues) throw Error(ErrorKind::kBadScene, "has more than 2^31 voxels");
+  if (values_->size() > kMostValues) throw Error(ErrorKind::kBadScene, "has more than 2^31 voxels");
   cubes_.push_back({origin, side, first});
 }
 
@@ -77,7 +82,7 @@ void SparseVoxels::write(const VoxelIndex& first, const VoxelIndex& last, Volume
       for (int64_t j = y; j < y + n; ++j) std::fill_n(f.blocks.begin() + ((k * ny + j) * nx + x), n, c.first);
     }
   }
-  f.values = std::move(values_);
+  f.block_values = std::move(values_);
   const auto within = [](int64_t box, double least, double most) {
     return std::clamp(static_cast<double>(box), least, most);
   };

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "common/scene/volume/volume_grid.h"
@@ -18,6 +20,10 @@ class SparseVoxels {
   static constexpr int kSide = 8;  // of a leaf
   static constexpr int kLeafValues = kSide * kSide * kSide;
   using Leaf = std::array<float, kLeafValues>;  // z fastest
+
+  /// `area`: bounds the memory of the voxels; null: nothing does.
+  explicit SparseVoxels(std::shared_ptr<SpillArea> area)
+      : values_(std::make_shared<SpillArray<float>>(std::move(area))) {}
 
   /// A leaf of voxels. Throws Error(kBadScene), as all of these, where there are too many or too far away.
   void add_leaf(const VoxelIndex& origin, const Leaf& values);
@@ -39,7 +45,7 @@ class SparseVoxels {
   void add_cube(const VoxelIndex& origin, int64_t side, int32_t first);
 
   std::vector<Cube> cubes_;
-  std::vector<float> values_;
+  std::shared_ptr<SpillArray<float>> values_;
   std::map<uint32_t, int32_t> tiles_;  // by the bits of their value: where it stands in `values_`
   bool odd_ = false;
 };

@@ -10,8 +10,9 @@ std::vector<VolumeGridEntry> list_grids(const std::string& path) {
   return is_openvdb(path) ? list_openvdb(path) : list_nanovdb(path);
 }
 
-VolumeGrid read_grid(const std::string& path, const std::string& name) {
-  return is_openvdb(path) ? read_openvdb(path, name) : read_nanovdb(path, name);
+VolumeGrid read_grid(const std::string& path, const std::string& name,
+                     const std::shared_ptr<SpillArea>& area) {
+  return is_openvdb(path) ? read_openvdb(path, name, area) : read_nanovdb(path, name, area);
 }
 
 }  // namespace lightmill

@@ -1,8 +1,10 @@
 #pragma once
 // Grids of files of volumes, whatever their format.
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "common/base/spill/spill_area.h"
 #include "common/scene/medium_description.h"
 
 namespace lightmill {
@@ -24,7 +26,9 @@ struct VolumeGrid {
 /// The grids of an OpenVDB or NanoVDB file; which of them it is its first bytes say. Throws Error(kBadScene),
 /// without the path, if it is neither or damaged.
 std::vector<VolumeGridEntry> list_grids(const std::string& path);
-/// The grid of this name. Throws Error(kBadScene), without the path, if there is none or it is damaged.
-VolumeGrid read_grid(const std::string& path, const std::string& name);
+/// The grid of this name, in memory that `area` bounds (null: nothing does). Throws Error(kBadScene), without
+/// the path, if there is none or it is damaged, and what arrays throw that have no room (spill_array.h).
+VolumeGrid read_grid(const std::string& path, const std::string& name,
+                     const std::shared_ptr<SpillArea>& area = nullptr);
 
 }  // namespace lightmill

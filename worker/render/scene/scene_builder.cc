@@ -31,6 +31,16 @@ namespace {
 /// scatters beyond sends less than a thousandth of its light back.
 constexpr float kEndlessReach = 1024;
 
+/// Grids may take what textures leave, but this much.
+constexpr uint64_t kLeastGridBytes = uint64_t{16} << 20;
+
+std::shared_ptr<SpillArea> grid_memory(const BuildOptions& options, uint64_t texture_bytes) {
+  const uint64_t all = options.texture_bytes;
+  if (all == kUnboundedTextures) return nullptr;
+  const uint64_t left = all > texture_bytes ? all - texture_bytes : 0;
+  return std::make_shared<SpillArea>(std::max(left, kLeastGridBytes), options.spill_folder);
+}
+
 class SceneBuilder {
  public:
   SceneBuilder(const SceneDescription& description, const PartsInUse& parts, const BuildOptions& options,
@@ -49,7 +59,7 @@ class SceneBuilder {
     shapes_ = world_;
     for (const InstancedObject& o : split_.objects)
       shapes_.insert(shapes_.end(), o.shapes.begin(), o.shapes.end());
-    media_.emplace(in_, shapes_, &out_.warnings);
+    media_.emplace(in_, shapes_, grid_memory(options, out_.textures.bytes()), &out_.warnings);
     std::erase_if(world_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
     std::erase_if(shapes_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
     for (InstancedObject& o : split_.objects)
@@ -365,7 +375,8 @@ uint64_t bytes_of(const RenderScene& s) {
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
                s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.triangle_bend,
                s.primitive_material, s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks,
-               s.volumes.majorants, s.volumes.drawn, s.volumes.values);
+               s.volumes.majorants, s.volumes.drawn) +
+         s.volumes.values.memory_bytes();
 }
 
 }  // namespace lightmill

@@ -19,7 +19,7 @@ namespace {
 /// The bytes of a grid; every read is checked.
 class Bytes {
  public:
-  explicit Bytes(const std::vector<char>& data) : data_(data) {}
+  explicit Bytes(const SpillArray<char>& data) : data_(data) {}
   template <class T>
   T at(uint64_t offset) const {
     T value;
@@ -37,7 +37,7 @@ class Bytes {
   uint64_t size() const { return data_.size(); }
 
  private:
-  const std::vector<char>& data_;
+  const SpillArray<char>& data_;
 };
 
 // Places in the layout, in bytes, of grids of floats, plain or quantised.
@@ -56,7 +56,8 @@ constexpr uint64_t kLeafFlags = 12, kLeafMinimum = 80, kLeafQuantum = 84, kLeafT
 
 class TreeReader {
  public:
-  TreeReader(const std::vector<char>& data, VolumeValueKind kind) : in_(data), kind_(kind) {}
+  TreeReader(const SpillArray<char>& data, VolumeValueKind kind, std::shared_ptr<SpillArea> area)
+      : in_(data), kind_(kind), voxels_(std::move(area)) {}
 
   VolumeGrid read() {
     VolumeGrid grid;
@@ -166,13 +167,14 @@ std::vector<VolumeGridEntry> list_nanovdb(const std::string& path) {
   return grids;
 }
 
-VolumeGrid read_nanovdb(const std::string& path, const std::string& name) {
+VolumeGrid read_nanovdb(const std::string& path, const std::string& name,
+                        const std::shared_ptr<SpillArea>& area) {
   for (const NanoVdbEntry& e : nanovdb_entries(path)) {
     if (e.name != name) continue;
     if (const std::string why = why_not(e); !why.empty())
       throw Error(ErrorKind::kBadScene, "its grid \"" + name + "\" " + why);
     try {
-      return TreeReader(nanovdb_bytes(path, e), e.kind).read();
+      return TreeReader(nanovdb_bytes(path, e, area), e.kind, area).read();
     } catch (const Error& error) {
       throw Error(error.kind(), "its grid \"" + name + "\" " + error.what());
     }

@@ -14,6 +14,7 @@ namespace lightmill {
 /// The grids of a file. Throws Error(kBadScene), without the path, if it is not a NanoVDB file.
 std::vector<VolumeGridEntry> list_nanovdb(const std::string& path);
 /// The grid of this name. Throws Error(kBadScene), without the path, if there is none or it is damaged.
-VolumeGrid read_nanovdb(const std::string& path, const std::string& name);
+VolumeGrid read_nanovdb(const std::string& path, const std::string& name,
+                        const std::shared_ptr<SpillArea>& area = nullptr);
 
 }  // namespace lightmill

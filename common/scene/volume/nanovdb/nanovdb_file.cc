@@ -113,14 +113,16 @@ std::vector<NanoVdbEntry> nanovdb_entries(const std::string& path) {
   return entries;
 }
 
-std::vector<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& e) {
+SpillArray<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& e,
+                               const std::shared_ptr<SpillArea>& area) {
   const bool packed = e.codec == kZip || e.codec == kBlosc;
   if (!packed && e.codec != 0) throw Error(ErrorKind::kBadScene, "is packed in a way that is not known");
   if (e.grid_size > kLargestGrid) throw Error(ErrorKind::kBadScene, "is larger than 16 GiB");
   if (e.grid_size > e.file_size * (packed ? kMostExpansion : 1))
     throw Error(ErrorKind::kBadScene, "is damaged: it has fewer bytes than it says");
   File file(path);
-  std::vector<char> out(e.grid_size);
+  SpillArray<char> out(area);
+  out.resize(e.grid_size);
   if (!packed) {
     file.read(e.offset, out.data(), out.size());
     return out;
@@ -132,7 +134,8 @@ std::vector<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& e) 
     const uint64_t want = e.codec == kZip ? out.size() : std::min(kBloscChunk, out.size() - done);
     const auto size = file.at<uint64_t>(at);
     if (size > end - at || size < 1) throw bad;
-    std::vector<char> in(size);
+    SpillArray<char> in(area);
+    in.resize(size);
     file.read(at + 8, in.data(), size);
     at += 8 + size;
     if (e.codec == kZip) {

@@ -1,8 +1,11 @@
 #pragma once
 // The container of NanoVDB files: which grids there are, and the bytes of one, unpacked.
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "common/base/spill/spill_array.h"
 
 namespace lightmill {
 
@@ -20,7 +23,9 @@ struct NanoVdbEntry {
 /// Throws Error(kBadScene), without the path, if it is not a NanoVDB file, is cut short, or of another
 /// version.
 std::vector<NanoVdbEntry> nanovdb_entries(const std::string& path);
-/// The grid itself. Throws Error(kBadScene), without the path, if it can't be unpacked.
-std::vector<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& entry);
+/// The grid itself, in memory that `area` bounds. Throws Error(kBadScene), without the path, if it can't be
+/// unpacked, and what arrays throw that have no room.
+SpillArray<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& entry,
+                               const std::shared_ptr<SpillArea>& area);
 
 }  // namespace lightmill

@@ -30,8 +30,8 @@ constexpr Level kUpper{5, 7}, kLower{4, 3};
 class TreeReader {
  public:
   /// `tree`: the grid whose tree is read.
-  TreeReader(const std::string& path, const OpenVdbEntry& tree)
-      : in_(path, tree.grid, tree.end), tree_(tree) {}
+  TreeReader(const std::string& path, const OpenVdbEntry& tree, std::shared_ptr<SpillArea> area)
+      : in_(path, tree.grid, tree.end), tree_(tree), voxels_(std::move(area)) {}
 
   VolumeGrid read(const Transform& index_to_world) {
     VolumeGrid grid;
@@ -149,7 +149,8 @@ std::vector<VolumeGridEntry> list_openvdb(const std::string& path) {
   return grids;
 }
 
-VolumeGrid read_openvdb(const std::string& path, const std::string& name) {
+VolumeGrid read_openvdb(const std::string& path, const std::string& name,
+                        const std::shared_ptr<SpillArea>& area) {
   const std::vector<OpenVdbEntry> entries = openvdb_entries(path);
   const auto found = std::ranges::find(entries, name, &OpenVdbEntry::name);
   if (found == entries.end()) throw Error(ErrorKind::kBadScene, "has no grid \"" + name + "\"");
@@ -164,7 +165,7 @@ VolumeGrid read_openvdb(const std::string& path, const std::string& name) {
           !tree->is_affine)
         throw Error(ErrorKind::kBadScene, "shares the tree of another one, which is not there");
     }
-    return TreeReader(path, *tree).read(index_to_world);
+    return TreeReader(path, *tree, area).read(index_to_world);
   } catch (const Error& error) {
     throw Error(error.kind(), "its grid \"" + name + "\" " + error.what());
   }

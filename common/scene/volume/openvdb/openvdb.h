@@ -16,6 +16,7 @@ namespace lightmill {
 std::vector<VolumeGridEntry> list_openvdb(const std::string& path);
 /// The grid of this name; of several the first one. Throws Error(kBadScene), without the path, if there is
 /// none or it is damaged.
-VolumeGrid read_openvdb(const std::string& path, const std::string& name);
+VolumeGrid read_openvdb(const std::string& path, const std::string& name,
+                        const std::shared_ptr<SpillArea>& area = nullptr);
 
 }  // namespace lightmill

@@ -12,8 +12,12 @@
 namespace lightmill {
 
 MediaBuilder::MediaBuilder(const SceneDescription& description,
-                           const std::vector<const ShapeDescription*>& shapes, std::vector<Problem>* warnings)
-    : in_(description), media_(description.media), number_(description.media.size(), 0) {
+                           const std::vector<const ShapeDescription*>& shapes,
+                           std::shared_ptr<SpillArea> area, std::vector<Problem>* warnings)
+    : in_(description),
+      area_(std::move(area)),
+      media_(description.media),
+      number_(description.media.size(), 0) {
   std::vector<bool> used(in_.media.size(), false);
   const auto use = [&](int index) {
     if (index >= 0) used[static_cast<size_t>(index)] = true;
@@ -29,7 +33,7 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
   for (size_t i = 0; i < used.size(); ++i) {
     if (!used[i] || is_empty(media_[i])) continue;
     number_[i] = ++count_;
-    media_[i] = with_file_read(media_[i], warnings);
+    media_[i] = with_file_read(media_[i], area_, warnings);
   }
 }
 
@@ -47,15 +51,16 @@ std::vector<Vec3d> MediaBuilder::grid_corners() const {
   return corners;
 }
 
-void MediaBuilder::write(int threads, RenderScene* scene) const {
+void MediaBuilder::write(int threads, RenderScene* scene) {
   if (!any()) return;
   if (count_ > kMaxMedia)
     throw Error(ErrorKind::kBadScene,
                 "the scene has more than " + std::to_string(kMaxMedia) + " media, which is the limit");
+  scene->volumes.values = SpillArray<float>(area_);
   scene->media.assign((static_cast<size_t>(count_) + 1) * kMediumFloats, 0.0f);
   for (size_t i = 0; i < media_.size(); ++i) {
     if (number_[i] == 0) continue;
-    const MediumDescription& m = media_[i];
+    MediumDescription& m = media_[i];
     float* record = &scene->media[static_cast<size_t>(number_[i]) * kMediumFloats];
     const float a[3] = {m.sigma_a.r, m.sigma_a.g, m.sigma_a.b},
                 s[3] = {m.sigma_s.r, m.sigma_s.g, m.sigma_s.b},
@@ -87,6 +92,7 @@ void MediaBuilder::write(int threads, RenderScene* scene) const {
                       "\" is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
     }
     if (m.grid) record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, record, collides, threads, scene));
+    m.grid.reset();  // large
   }
   scene->camera_medium = number(in_.camera.medium);
 }

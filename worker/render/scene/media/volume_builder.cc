@@ -84,12 +84,14 @@ class GridBuilder {
   GridBuilder(const MediumDescription& medium, RenderScene* scene)
       : medium_(medium), scene_(*scene), table_(scene->volumes) {}
 
-  /// Appends the lattice's bricks, and its record at `record`.
-  void add_field(const Lattice& l, size_t record) {
+  /// Appends the lattice's bricks, and its record at `record`. Returns the largest value of each brick; with
+  /// channels for absorption and scattering, the largest sum of the two.
+  std::vector<double> add_field(const Lattice& l, size_t record) {
     Counts bricks;
     for (size_t i = 0; i < 3; ++i) bricks[i] = l.count[i] / kBrick + 1;  // count + 1 cells
     const size_t first = table_.bricks.size();
     int32_t empty = -1;
+    std::vector<double> largest;
     std::vector<float> block(static_cast<size_t>(l.channels) * kBrickValues);
     for (int z = 0; z < bricks[2]; ++z) {
       for (int y = 0; y < bricks[1]; ++y) {
@@ -97,6 +99,7 @@ class GridBuilder {
           const bool any = fill(l, {x * kBrick, y * kBrick, z * kBrick}, &block);
           if (!any && empty >= 0) {
             table_.bricks.push_back(empty);
+            largest.push_back(0);
             continue;
           }
           if (table_.values.size() + block.size() > kMostValues)
@@ -105,7 +108,8 @@ class GridBuilder {
                            "values; make it coarser");
           table_.bricks.push_back(static_cast<int32_t>(table_.values.size()));
           if (!any) empty = table_.bricks.back();
-          table_.values.insert(table_.values.end(), block.begin(), block.end());
+          table_.values.append(block.data(), block.size());
+          largest.push_back(any ? largest_of(block, l.channels) : 0);
         }
       }
     }
@@ -120,28 +124,21 @@ class GridBuilder {
       set_integer(record + kFieldLast + i, l.count[i]);
     }
     set_integer(record + kFieldFirst, static_cast<int32_t>(first));
+    return largest;
   }
 
-  /// Sets the majorants of the field whose bricks begin at `first`. `extinction`: the largest extinction for
-  /// a value of 1, of a grid with one channel. `least`: of bricks that have anything in them.
-  void set_majorants(const Lattice& l, size_t first, double extinction, bool collides, double brick_length,
-                     double least) {
-    for (size_t b = first; b < table_.bricks.size(); ++b) {
-      const float* const values = table_.values.data() + table_.bricks[b];
-      double most = 0;
-      for (size_t i = 0; i < kBrickValues; ++i) {
-        if (l.channels == 1) {
-          most = std::max(most, extinction * double{values[i]});
-        } else {
-          for (size_t c = 0; c < 3; ++c)
-            most = std::max(most, double{values[c * kBrickValues + i]} + values[(c + 3) * kBrickValues + i]);
-        }
-      }
+  /// Sets the majorants of the field whose bricks begin at `first` and have these largest values.
+  /// `extinction`: the largest extinction for a value of 1. `least`: of bricks that have anything in them.
+  void set_majorants(const std::vector<double>& largest, size_t first, double extinction, bool collides,
+                     double brick_length, double least) {
+    for (size_t b = 0; b < largest.size(); ++b) {
+      const double most = extinction * largest[b];
       if (!(most < kDensest))
         throw bad_grid(medium_, "is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
       // Rounded up: looked-up values may exceed what they lie between by some roundings.
       const auto majorant = static_cast<float>(most > 0 ? std::max(most * (1 + 0x1p-20), least) : 0.0);
-      table_.majorants[b] = !collides || majorant * brick_length > kMostTracked ? -majorant : majorant;
+      table_.majorants[first + b] =
+          !collides || majorant * brick_length > kMostTracked ? -majorant : majorant;
     }
   }
 
@@ -165,6 +162,14 @@ class GridBuilder {
       }
     }
     return any;
+  }
+
+  static double largest_of(const std::vector<float>& block, int channels) {
+    if (channels != 6) return double{*std::max_element(block.begin(), block.end())};
+    double most = 0;
+    constexpr size_t kHalf = size_t{3} * kBrickValues;
+    for (size_t i = 0; i < kHalf; ++i) most = std::max(most, double{block[i]} + block[kHalf + i]);
+    return most;
   }
 
   const MediumDescription& medium_;
@@ -196,11 +201,12 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
   GridBuilder builder(m, scene);
 
   Lattice l;
-  double extinction = 0;
+  double extinction = 1;
   VolumeField cloud;
   if (grid.cloud) cloud = cloud_field(*grid.cloud, grid.lo, grid.hi, threads);
   if (grid.density || grid.cloud) {
     l = lattice_of(grid.cloud ? cloud : *grid.density);
+    extinction = 0;
     for (int c = 0; c < 3; ++c) extinction = std::max(extinction, double{medium[kMediumExtinction + c]});
   } else {
     const VolumeField& some = grid.sigma_a ? *grid.sigma_a : *grid.sigma_s;
@@ -210,11 +216,11 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
     l.constants[0] = m.sigma_a.r, l.constants[1] = m.sigma_s.r;
   }
   const size_t first = table.bricks.size();
-  builder.add_field(l, record + kGridCoefficients);
+  const std::vector<double> largest = builder.add_field(l, record + kGridCoefficients);
   const double length = brick_length(l, grid.medium_to_world, *scene);
   // What shines is seen at tentative collisions: there is to be about one in a brick, however thin.
   const double least = is_black(brightest(m)) ? 0 : 1 / length;
-  builder.set_majorants(l, first, extinction, collides, length, least);
+  builder.set_majorants(largest, first, extinction, collides, length, least);
   builder.set_integer(record + kGridChannels, l.channels);
 
   const double lo[3] = {grid.lo.x, grid.lo.y, grid.lo.z}, hi[3] = {grid.hi.x, grid.hi.y, grid.hi.z},
@@ -235,14 +241,15 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
   }
   builder.set_integer(record + kGridColors, -1);
   if (kind != kNoEmission && grid.temperature) {
-    builder.add_field(lattice_of(*grid.temperature), record + kGridTemperature);
-    const std::vector<float>& kelvins = grid.temperature->values;
+    const std::vector<double> kelvins =
+        builder.add_field(lattice_of(*grid.temperature), record + kGridTemperature);
     const double hottest = *std::max_element(kelvins.begin(), kelvins.end());
     builder.set_integer(record + kGridColors, static_cast<int32_t>(table.values.size()));
     table.records[record + kGridColorRate] = static_cast<float>((kGridColorCount - 1) / hottest);
     for (int i = 0; i < kGridColorCount; ++i) {
       const Rgb c = black_body_radiance(hottest * i / (kGridColorCount - 1));
-      table.values.insert(table.values.end(), {c.r, c.g, c.b});
+      const float rgb[] = {c.r, c.g, c.b};
+      table.values.append(rgb, 3);
     }
   }
   builder.set_integer(record + kGridEmissionKind, kind);

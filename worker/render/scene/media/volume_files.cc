@@ -36,7 +36,7 @@ std::shared_ptr<const VolumeField> temperature(VolumeGrid grid, const VolumeFile
     return static_cast<float>(
         std::clamp((x - file.temperature_offset) * file.temperature_scale, 0.0, kHottest));
   };
-  for (float& x : field.values) x = kelvin(x);
+  for (float& x : field.block_values->span()) x = kelvin(x);
   field.outside = kelvin(0);
   field.lo = transform_point(to_density, field.lo);
   field.hi = transform_point(to_density, field.hi);
@@ -45,7 +45,8 @@ std::shared_ptr<const VolumeField> temperature(VolumeGrid grid, const VolumeFile
 
 }  // namespace
 
-MediumDescription with_file_read(const MediumDescription& medium, std::vector<Problem>* warnings) {
+MediumDescription with_file_read(const MediumDescription& medium, const std::shared_ptr<SpillArea>& area,
+                                 std::vector<Problem>* warnings) {
   if (!medium.grid || !medium.grid->file) return medium;
   const VolumeFile& file = *medium.grid->file;
   const auto warn = [&](const std::string& what) {
@@ -53,7 +54,7 @@ MediumDescription with_file_read(const MediumDescription& medium, std::vector<Pr
   };
   const auto read = [&](const std::string& name) {
     try {
-      VolumeGrid grid = read_grid(file.path, name);
+      VolumeGrid grid = read_grid(file.path, name, area);
       if (grid.odd_values)
         warn("the grid \"" + name + "\" has values that are negative or no numbers; they are taken for 0");
       return grid;

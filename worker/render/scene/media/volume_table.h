@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/base/spill/spill_array.h"
 #include "worker/render/math/vec.h"
 
 namespace lightmill {
@@ -49,7 +50,7 @@ struct VolumeTable {
   /// Of the same bricks: density per unit of normalised volume with which next-event estimation draws points
   /// in them, given the grid's light. Empty if no grid shines.
   std::vector<float> drawn;
-  std::vector<float> values;  // channels of a brick one after the other, x fastest
+  SpillArray<float> values;  // channels of a brick one after the other, x fastest
   bool empty() const { return records.empty(); }
 };
 // A majorant is the extinction per unit of normalised space that no channel exceeds in the brick. Paths are

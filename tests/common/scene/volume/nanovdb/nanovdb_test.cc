@@ -100,7 +100,7 @@ TEST(NanoVdb, TilesAreValuesOfManyVoxels) {
   EXPECT_EQ(value_at(read, 0, 0, 0), 0.5f);
   EXPECT_EQ(value_at(read, 200, 131, 255), 0.5f);
   EXPECT_EQ(value_at(read, 256, 131, 255), 0);
-  EXPECT_EQ(read.field.values.size(), 512u);  // of which all blocks are one
+  EXPECT_EQ(read.field.block_values->size(), 512u);  // of which all blocks are one
 }
 
 TEST(NanoVdb, AFileSaysWhichGridsItHas) {

@@ -8,6 +8,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/render.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 #include "worker/render/renderer.h"
 #include "worker/render/scene/media/cloud.h"
@@ -85,6 +86,21 @@ TEST(VolumeTable, EmptyBricksShareTheirValuesAndHaveNoMajorant) {
   const auto filled = std::ranges::count_if(scene.volumes.majorants, [](float m) { return m != 0; });
   EXPECT_EQ(filled, 8);
   EXPECT_EQ(scene.volumes.values.size(), 9u * kBrickValues);
+}
+
+// A grid that has no room in memory is read in from a file; its values are the same.
+TEST(VolumeTable, GridsBeyondTheBoundOfMemoryAreInFiles) {
+  const TemporaryFolder folder;
+  const GridBox box{176, 176, 176, {-1, -1, -1}, {1, 1, 1}};
+  const TestScene scene = around(grid_of(field_of(box, spread)));
+  BuildOptions options(1, 1 << 20);
+  options.spill_folder = folder.file("");
+  const RenderScene small = build_scene(scene.scene, true, {}, options), large = build_scene(scene.scene);
+  EXPECT_TRUE(small.volumes.values.in_file());
+  EXPECT_FALSE(large.volumes.values.in_file());
+  EXPECT_TRUE(std::ranges::equal(small.volumes.values.span(), large.volumes.values.span()));
+  EXPECT_EQ(small.volumes.majorants, large.volumes.majorants);
+  EXPECT_LT(bytes_of(small) + (uint64_t{16} << 20), bytes_of(large));
 }
 
 // Null collisions would take for ever where a spike bounds what is thin.
