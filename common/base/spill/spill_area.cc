@@ -12,10 +12,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <vector>
 
 #include "common/base/error.h"
-#include "common/base/size_text.h"
 
 namespace lightmill {
 namespace {

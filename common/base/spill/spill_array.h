@@ -5,7 +5,6 @@
 //   values.append(block.data(), block.size());
 //   use(values.data()[i]);
 #include <cstddef>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -34,6 +33,7 @@ class SpillBytes {
   size_t memory_bytes() const { return in_file() ? 0 : capacity_; }
   /// What is new is not set. Throws std::bad_alloc, or Error(kFailed) where a file has no room.
   void resize(size_t bytes);
+  void append(const void* from, size_t bytes);
 
  private:
   void swap(SpillBytes& other) noexcept;
@@ -63,11 +63,7 @@ class SpillArray {
 
   /// What is new is not set. This and append() throw std::bad_alloc, or Error(kFailed) where a disk is full.
   void resize(size_t count) { bytes_.resize(count * sizeof(T)); }
-  void append(const T* values, size_t count) {
-    const size_t old = size();
-    resize(old + count);
-    std::memcpy(data() + old, values, count * sizeof(T));
-  }
+  void append(const T* values, size_t count) { bytes_.append(values, count * sizeof(T)); }
 
  private:
   SpillBytes bytes_;

@@ -38,6 +38,16 @@ class File {
     in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count));
     if (!in_) throw Error(ErrorKind::kBadScene, "can't be read");
   }
+  /// In parts: what is in a file of the system's is not to be in memory as a whole.
+  void append_to(SpillArray<char>* to, uint64_t offset, uint64_t count) {
+    std::vector<char> part(std::min<uint64_t>(count, uint64_t{1} << 20));
+    while (count > 0) {
+      const uint64_t some = std::min<uint64_t>(count, part.size());
+      read(offset, part.data(), some);
+      to->append(part.data(), some);
+      offset += some, count -= some;
+    }
+  }
   template <class T>
   T at(uint64_t offset) {
     T value;
@@ -122,11 +132,11 @@ SpillArray<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& e,
     throw Error(ErrorKind::kBadScene, "is damaged: it has fewer bytes than it says");
   File file(path);
   SpillArray<char> out(area);
-  out.resize(e.grid_size);
   if (!packed) {
-    file.read(e.offset, out.data(), out.size());
+    file.append_to(&out, e.offset, e.grid_size);
     return out;
   }
+  out.resize(e.grid_size);
   uint64_t at = e.offset;
   const uint64_t end = e.offset + e.file_size;
   const Error bad(ErrorKind::kBadScene, "is damaged: it can't be unpacked");
@@ -135,8 +145,7 @@ SpillArray<char> nanovdb_bytes(const std::string& path, const NanoVdbEntry& e,
     const auto size = file.at<uint64_t>(at);
     if (size > end - at || size < 1) throw bad;
     SpillArray<char> in(area);
-    in.resize(size);
-    file.read(at + 8, in.data(), size);
+    file.append_to(&in, at + 8, size);
     at += 8 + size;
     if (e.codec == kZip) {
       uLongf written = want;
