@@ -126,8 +126,9 @@ void add_options(CLI::App& app, Options& options) {
                  "none: no bound")
       ->envname("LIGHTMILL_SCENE_MEMORY")
       ->capture_default_str();
-  app.add_option("--texture-memory", options.texture_memory,
-                 "Memory for a scene's textures and grids, e.g. 500M; auto: half of what there is; none: no bound")
+  app.add_option(
+         "--texture-memory", options.texture_memory,
+         "Memory for a scene's textures and grids, e.g. 500M; auto: half of what there is; none: no bound")
       ->envname("LIGHTMILL_TEXTURE_MEMORY")
       ->capture_default_str();
   app.add_option("--drain-timeout", options.drain_timeout, "Seconds to finish tiles in after SIGTERM")
