@@ -58,6 +58,7 @@ struct VolumeFile {
 /// Where a medium varies. Coefficients are per scene unit, whatever the transform.
 struct MediumGrid {
   Transform medium_to_world;                   // affine, not singular
+  int moves_to = -1;                           // as a shape's, of medium_to_world
   Vec3d lo{0, 0, 0}, hi{1, 1, 1};              // the box of medium space beyond which there is nothing
   std::shared_ptr<const VolumeField> density;  // a factor of both coefficients; or
   std::optional<CloudDensity> cloud;           // the same; or

@@ -241,6 +241,12 @@ void settle_motion(const MotionTimes& t, SceneDescription* scene) {
   settle_shapes(&scene->shapes);
   for (ObjectDescription& object : scene->objects) settle_shapes(&object.shapes);
   for (InstanceDescription& i : scene->instances) settle(&i.object_to_world, &i.moves_to);
+  for (MediumDescription& m : scene->media) {
+    if (!m.grid || m.grid->moves_to < 0) continue;
+    auto grid = std::make_shared<MediumGrid>(*m.grid);
+    settle(&grid->medium_to_world, &grid->moves_to);
+    m.grid = std::move(grid);
+  }
   settle(&scene->camera.camera_to_world, &scene->camera.moves_to);
   if (!moves) {
     scene->later.clear();

@@ -136,6 +136,12 @@ SceneDescription still_at(const SceneDescription& scene, double time) {
   for (ObjectDescription& o : out.objects) {
     for (ShapeDescription& s : o.shapes) stop_shape(s);
   }
+  for (MediumDescription& m : out.media) {
+    if (!m.grid || m.grid->moves_to < 0) continue;
+    auto grid = std::make_shared<MediumGrid>(*m.grid);
+    stop(&grid->medium_to_world, &grid->moves_to);
+    m.grid = std::move(grid);
+  }
   for (InstanceDescription& i : out.instances) stop(&i.object_to_world, &i.moves_to);
   stop(&out.camera.camera_to_world, &out.camera.moves_to);
   for (LightDescription& l : out.lights) {

@@ -3,8 +3,15 @@
 #include <memory>
 
 #include "tests/support/test_scene.h"
+#include "worker/render/sampling/sobol.h"
 
 namespace lightmill::test {
+
+/// A density without any pattern, in [0, most].
+inline float random_density(int x, int y, int z, float most) {
+  const uint32_t bits = hash32(static_cast<uint32_t>(x + 100 * (y + 100 * z)));
+  return most * unit_float<float>(bits);
+}
 
 struct GridBox {
   int nx = 1, ny = 1, nz = 1;

@@ -128,8 +128,11 @@ void PbrtParser::on_make_named_medium(const Token& d) {
   ParameterList params("the medium " + in_quotes(*name), d.where.location(), std::move(given), problems_);
   MediumDescription medium = translate_medium(out_, *name, params, state_.shape.ctm);
   if (medium.grid && refuse_if_flat()) return;
-  if (medium.grid && ctm_moves())
-    problems_->unsupported(d.where.location(), "a medium that moves stays where it is at first");
+  if (const int end = medium.grid ? moves_to(d, state_.shape.ctm, state_.ctm_end) : -1; end >= 0) {
+    auto moving = std::make_shared<MediumGrid>(*medium.grid);
+    moving->moves_to = end;
+    medium.grid = std::move(moving);
+  }
   if (name->empty()) {
     problems_->error(d.where.location(), "a medium needs a name; \"\" is empty space");
     return;

@@ -29,12 +29,6 @@ class Volumes : public ::testing::TestWithParam<Integrator> {
   double resolution(double of_pt) const { return GetParam() == Integrator::kLt ? 3 * of_pt : of_pt; }
 };
 
-/// A density without any pattern, in [0, most].
-float random_density(int x, int y, int z, float most) {
-  const uint32_t bits = hash32(static_cast<uint32_t>(x + 100 * (y + 100 * z)));
-  return most * unit_float<float>(bits);
-}
-
 /// A profile along z between 0 and 1, and its integral over [0, 1].
 struct Profile {
   const char* name;

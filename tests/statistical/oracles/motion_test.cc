@@ -8,6 +8,7 @@
 #include "tests/support/agreement.h"
 #include "tests/support/instanced_scene.h"
 #include "tests/support/scaled_scene.h"
+#include "tests/support/volumes.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill::test {
@@ -103,6 +104,60 @@ TEST(MotionBlur, IsTheMeanOfStillsToEveryEstimator) {
   RenderSettings apart = bdpt;
   apart.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLightTracing};
   EXPECT_TRUE(images_agree(render(room, apart), stills));
+  // It can fail.
+  EXPECT_FALSE(images_agree(by_pt, scaled(stills, 1.03f)));
+  EXPECT_FALSE(images_agree(by_pt, render(still_at(room, 0.5), pt)));
+}
+
+/// A room lit by a fire that rises, turns and grows within a ball of smoke that goes along, beside a cloud
+/// that stands still.
+TestScene room_of_moving_fire() {
+  TestScene s;
+  s.film(24, 24);
+  s.box({-1, -1, -1}, {1, 1, 1}, s.diffuse(0.6f), {.inward = true});
+  int voxel = 0;
+  const auto random = [&](double, double, double) { return random_density(voxel++, 1, 2, 1); };
+  auto fire = std::make_shared<MediumGrid>(*grid_of(field_of({17, 11, 13, {-1, -1, -1}, {1, 1, 1}}, random)));
+  fire->emission = field_of({17, 11, 13, {-1, -1, -1}, {1, 1, 1}},
+                            [](double x, double y, double) { return x > 0.3 ? 8 : 2 + y; });
+  const Transform start = translation({-0.35, -0.35, 0.1}) * scaling({0.35, 0.35, 0.35}),
+                  end =
+                      translation({0.3, 0.3, 0.2}) * rotation(110, {0.2, 1, 0.4}) * scaling({0.45, 0.45, 0.45});
+  fire->medium_to_world = start;
+  fire->moves_to = ends_at(&s, end);
+  const int burning = add_grid_medium(&s, {2, 3, 1}, {1, 1, 3}, fire, 0.3f, {4, 2, 1});
+  const auto ball = [&](const Transform& at, double radius, int inside) -> ShapeDescription& {
+    ShapeDescription& d = s.scene.shapes.emplace_back();
+    d.kind = SphereShape{static_cast<float>(radius)};
+    d.material = 0;
+    d.object_to_world = at;
+    d.media = {inside, -1};
+    d.boundary = true;
+    return d;
+  };
+  ball(start, 1, burning).moves_to = fire->moves_to;
+  const int still = add_grid_medium(&s, {}, {2, 1, 3},
+                                    grid_of(field_of({9, 9, 9, {0.2, -0.9, -0.6}, {0.8, -0.3, 0}}, random)));
+  ball(translation({0.5, -0.6, -0.3}), 0.3, still);
+  s.camera({0, 0.1, -0.95}, {0, 0, 1}, 80);
+  return s;
+}
+
+TEST(MotionBlur, OfMediaIsTheMeanOfStills) {
+  const SceneDescription room = room_of_moving_fire().scene;
+  const RenderScene built = build_scene(room);
+  ASSERT_TRUE(built.volumes.any_moving());
+  ASSERT_TRUE(built.lights.any_moving());
+  RenderSettings pt = settings_of(room, Integrator::kPt), bdpt = settings_of(room, Integrator::kBdpt);
+  pt.max_depth = bdpt.max_depth = 5;
+  const Batches by_pt = render(room, pt), by_bdpt = render(room, bdpt), stills = mean_of_stills(room, pt);
+  EXPECT_TRUE(images_agree(by_pt, stills));
+  EXPECT_TRUE(images_agree(by_bdpt, stills));
+  RenderSettings by_lamps = pt, by_hits = pt;
+  by_lamps.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLightTracing};
+  by_hits.plan = SamplingPlan{.strategies = kEmissionHits};
+  EXPECT_TRUE(images_agree(render(room, by_lamps), stills));
+  EXPECT_TRUE(images_agree(render(room, by_hits), stills));
   // It can fail.
   EXPECT_FALSE(images_agree(by_pt, scaled(stills, 1.03f)));
   EXPECT_FALSE(images_agree(by_pt, render(still_at(room, 0.5), pt)));

@@ -128,6 +128,7 @@ namespace {
 
 /// Makes normal, axis and area fit the rest of a record. Normals keep their side.
 void mend_record(LightType type, float* r) {
+  if (type == kVolumeLight) return;
   float* n = r + kLightN;
   const float area = type == kTriangleLight   ? 0.5f
                      : type == kRectangleLamp ? 4.0f

@@ -248,7 +248,7 @@ struct RenderScene {
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }
   int32_t instance_count() const { return static_cast<int32_t>(instance_object.size()); }
   bool any_instances() const { return !instance_object.empty(); }
-  bool any_moving() const { return !ways.empty() || lights.any_moving(); }
+  bool any_moving() const { return !ways.empty() || lights.any_moving() || volumes.any_moving(); }
   bool any_bending() const { return !bends.empty(); }
   bool moves() const { return any_moving() || camera_motion.moves; }
   /// The time at which the fraction `u` of the exposure's light has come, in [0, 1).

@@ -375,7 +375,7 @@ uint64_t bytes_of(const RenderScene& s) {
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
                s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.triangle_bend,
                s.primitive_material, s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks,
-               s.volumes.majorants, s.volumes.drawn) +
+               s.volumes.majorants, s.volumes.drawn, s.volumes.poses) +
          s.volumes.values.memory_bytes();
 }
 

@@ -37,7 +37,8 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
     LaneInt volume{};
     if (K::kMedia && !lights.volumes.empty())
-      volume = sample_volume_lights(context, v.p, stream, depth, g.active, &d);
+      volume = sample_volume_lights(context, v.p, stream, depth, g.active,
+                                    light_times<K>(lights, w.paths, v.path), &d);
     LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
                             mask_and(LaneMask(d.pdf > 0.0f), consistent<K>(v, d.wi)));
     lit = seen_lights(lights, d.light, lit, [&](int l) { return kinds_of_scattering(v, d.wi, l); });

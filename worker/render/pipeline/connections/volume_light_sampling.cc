@@ -55,12 +55,12 @@ BrickPoints draw_places(const RenderScene& scene, LaneInt of, LaneMask ours, Lan
 /// Points on lights that are grids.
 struct VolumePoints {
   LaneInt medium;
-  Vec3<Lane> p;
+  Vec3<Lane> p;         // as the light is at the time
   Vec3<Lane> emission;  // radiance per unit length
   Lane rate, inv_rate;  // m above, and 1 / m, or 0
   Lane density;         // per unit volume, given the light
 
-  VolumePoints(const RenderScene& scene, LaneInt of, LaneMask ours, Lane pick, Lane more,
+  VolumePoints(const RenderScene& scene, LaneInt of, LaneMask ours, Lane time, Lane pick, Lane more,
                const Lane (&u)[3]) {
     const BrickPoints points = draw_places(scene, of, ours, pick, more, u);
     const auto lanes = [](const float(*rows)[kLanes]) {
@@ -68,8 +68,14 @@ struct VolumePoints {
     };
     medium = load_int<Lane>(points.medium);
     const Vec3<Lane> place = lanes(points.place);
-    const LightRecord<Lane> r(scene.lights, of);
-    p = r.vec(kLightP) + r.vec(kLightE1) * place.x + r.vec(kLightE2) * place.y + r.vec(kLightN) * place.z;
+    LightRecord<Lane> r(scene.lights, of);
+    const auto in_box = [&] {
+      return r.vec(kLightP) + r.vec(kLightE1) * place.x + r.vec(kLightE2) * place.y +
+             r.vec(kLightN) * place.z;
+    };
+    const auto volume = [&] { return abs(dot(cross(r.vec(kLightE1), r.vec(kLightE2)), r.vec(kLightN))); };
+    const Vec3<Lane> at_rest = in_box();
+    p = at_rest;
     const Grids<Lane> grids(scene, medium, ours);
     FieldCell<Lane> cell =
         field_cell<Lane>(bricks_of(grids.field()), load_int<Lane>(points.cell[0]),
@@ -82,8 +88,14 @@ struct VolumePoints {
     const Lane mean = (k.extinction.x + k.extinction.y + k.extinction.z) * (1.0f / 3);
     rate = select(LaneMask(majorant > 0.0f), majorant, mean);
     inv_rate = select(LaneMask(rate > 0.0f), 1.0f / rate, Lane{});
-    emission = select(LaneMask(rate > 0.0f), grids.emission(k, p, ours), Vec3<Lane>{});
+    emission = select(LaneMask(rate > 0.0f), grids.emission(k, at_rest, ours), Vec3<Lane>{});
     density = gather(scene.volumes.drawn.data(), cell.brick);
+    if (scene.lights.any_moving()) {
+      const Lane first = volume();
+      r.move_to(scene.lights, of, time);
+      p = in_box();
+      density = density * (first / volume());
+    }
   }
 };
 
@@ -101,7 +113,7 @@ bool is_in_medium(const StageContext& context, int32_t medium, const Vec3<float>
 }  // namespace
 
 LaneInt sample_volume_lights(const StageContext& context, const Vec3<Lane>& reference,
-                             const SampleStream<Lane>& stream, int depth, LaneMask active,
+                             const SampleStream<Lane>& stream, int depth, LaneMask active, Lane time,
                              DirectSample<Lane>* d) {
   const LaneMask ours = volume_lanes(context.lights, d->light, active);
   if (!any(ours)) return LaneInt{};
@@ -110,7 +122,7 @@ LaneInt sample_volume_lights(const StageContext& context, const Vec3<Lane>& refe
   Lane u[3];
   stream.get_2d(vertex_dim(depth, kDimVolume), &u[0], &u[1]);
   u[2] = stream.get_1d(vertex_dim(depth, kDimNeeTexel));
-  const VolumePoints v(context.scene, d->light, ours, pick, more, u);
+  const VolumePoints v(context.scene, d->light, ours, time, pick, more, u);
   const Vec3<Lane> to = v.p - reference;
   const Lane distance2 = dot(to, to);
   const LaneMask apart = mask_and(ours, LaneMask(distance2 > 0.0f));
@@ -134,8 +146,8 @@ void sample_volume_emission(const StageContext& context, const SampleStream<Lane
   const LaneMask ours = volume_lanes(context.lights, e->light, active);
   if (!any(ours)) return;
   const Lane u[3] = {pu, pv, stream.get_1d(vertex_dim(0, kDimVolume))};
-  const VolumePoints v(scene, e->light, ours, stream.get_1d(kDimLightTexel),
-                       stream.get_random(kDimLightTexel), u);
+  const VolumePoints v(scene, e->light, ours, times ? load<Lane>(times) : Lane{},
+                       stream.get_1d(kDimLightTexel), stream.get_random(kDimLightTexel), u);
   const Vec3<Lane> w = square_to_sphere(du, dv);
   const Lane selected = LightRecord<Lane>(context.lights, e->light).scalar(kLightSelect);
   const Lane pdf = selected * (1 / (4 * kPi));

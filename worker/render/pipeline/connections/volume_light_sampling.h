@@ -21,11 +21,11 @@ inline LaneMask volume_lanes(const LightTable& lights, LaneInt light, LaneMask a
   return mask_and(active, LaneMask(gather(lights.type.data(), light) == splat_int<Lane>(kVolumeLight)));
 }
 
-/// Completes the lanes of `d` whose light is a grid, seen from `reference` at vertex `depth`. Returns the
-/// medium that such a shadow ray must end in to count, 0 for other lights: a surface may bound the medium
-/// within its grid.
+/// Completes the lanes of `d` whose light is a grid, seen from `reference` at vertex `depth`, at `time`.
+/// Returns the medium that such a shadow ray must end in to count, 0 for other lights: a surface may bound
+/// the medium within its grid.
 LaneInt sample_volume_lights(const StageContext& context, const Vec3<Lane>& reference,
-                             const SampleStream<Lane>& stream, int depth, LaneMask active,
+                             const SampleStream<Lane>& stream, int depth, LaneMask active, Lane time,
                              DirectSample<Lane>* d);
 
 /// Completes the lanes of `e` whose light is a grid. (pu, pv) and (du, dv) choose point and direction;

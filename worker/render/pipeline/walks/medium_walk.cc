@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/walks/medium_glow.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
+#include "worker/render/pipeline/walks/moving_grids.h"
 #include "worker/render/pipeline/walks/volume_walk.h"
 #include "worker/render/scene/materials/pane.h"
 
@@ -142,6 +143,7 @@ class Step {
                         .direction = g.path.direction,
                         .from = g.near,
                         .until = g.far,
+                        .length = sqrt(dot(g.path.direction, g.path.direction)),
                         .seed = as_int(stream_of(e.slot).get_seed(vertex_dim(depth_, kDimVolume))),
                         .channel = g.channel,
                         .throughput = g.path.throughput,
@@ -153,6 +155,7 @@ class Step {
                         .rate = g.rate,
                         .nulls = g.nulls};
     if (shines_) compete(context_, depth_, g.varies, g.path, &way);
+    take_to_rest(scene_, g.varies, times_of_slots(scene_, w_.paths, e.slot), &way);
     append_ways(way, g.varies, &m_.ways);
   }
 

@@ -5,6 +5,7 @@
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
 #include "worker/render/pipeline/walks/medium_walk.h"
+#include "worker/render/pipeline/walks/moving_grids.h"
 #include "worker/render/pipeline/walks/volume_walk.h"
 #include "worker/render/scene/materials/pane.h"
 
@@ -90,17 +91,20 @@ class ShadowStep {
 
   void add_ways(const Group& e, const ShadowSegment& g) {
     if (!any(g.varies)) return;
-    append_ways({.medium = g.medium,
-                 .origin = g.o,
-                 .direction = g.d,
-                 .until = g.length / g.length_d,
-                 .seed = gather(m_.shadow_seed, e.slot),
-                 .drawn = gather(m_.shadow_drawn, e.slot),
-                 .left = gather(m_.shadow_left, e.slot),
-                 .optical = gather_rows(m_.shadow_depth, e.slot),
-                 .rate = gather_rows(m_.shadow_rate, e.slot),
-                 .nulls = gather_rows(m_.shadow_nulls, e.slot)},
-                g.varies, &m_.ways);
+    VolumeWay<Lane> way{.medium = g.medium,
+                        .origin = g.o,
+                        .direction = g.d,
+                        .until = g.length / g.length_d,
+                        .length = g.length_d,
+                        .seed = gather(m_.shadow_seed, e.slot),
+                        .drawn = gather(m_.shadow_drawn, e.slot),
+                        .left = gather(m_.shadow_left, e.slot),
+                        .optical = gather_rows(m_.shadow_depth, e.slot),
+                        .rate = gather_rows(m_.shadow_rate, e.slot),
+                        .nulls = gather_rows(m_.shadow_nulls, e.slot)};
+    const Lane time = scene_.any_moving() ? gather(q_.time, e.slot) : Lane{};
+    take_to_rest(scene_, g.varies, time, &way);
+    append_ways(way, g.varies, &m_.ways);
   }
   void take(const Group& e, LaneMask mask, const VolumeWay<Lane>& found) {
     scatter(m_.shadow_drawn, e.slot, found.drawn, mask);

@@ -49,7 +49,6 @@ class Walk {
       const LaneMask fresh = lanes_of(fresh_bits);
       grids_.emplace(scene_, w_.medium, lanes_of(busy_));
       line_ = LatticeLine(grids_->field().point(w_.origin), grids_->field().direction(w_.direction));
-      length_ = sqrt(dot(w_.direction, w_.direction));
       if constexpr (kPath) share_ = channel_shares(w_.throughput);
       const FieldLanes<Lane>& field = grids_->field();
       bricks_ = bricks_of(field);
@@ -85,7 +84,7 @@ class Walk {
     const Lane majorant = grids_->majorant(brick_);
     const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
                    integrated = mask_and(go, LaneMask(majorant < 0.0f));
-    const Lane rate = majorant * length_, need = rate * (exit - t_);
+    const Lane rate = majorant * w_.length, need = rate * (exit - t_);
     const LaneMask tentative = mask_and(tracked, LaneMask(need > w_.left));
     const LaneMask passed = mask_and(tracked, mask_not(tentative));
     w_.left = select(passed, w_.left - need, w_.left);
@@ -170,7 +169,7 @@ class Walk {
       MediumCoefficients<Lane> k[4];
       for (int i = 0; i < 4; ++i) k[i] = grids_->at(in_cell(c, t + step * static_cast<float>(i), mask));
       const auto depth = [&](Lane a0, Lane a1, Lane a2, Lane a3) {
-        return (a0 + a3 + (a1 + a2) * 3.0f) * (step * length_ * 0.375f);
+        return (a0 + a3 + (a1 + a2) * 3.0f) * (step * w_.length * 0.375f);
       };
       const Vec3<Lane>&e0 = k[0].extinction, &e1 = k[1].extinction, &e2 = k[2].extinction,
             &e3 = k[3].extinction;
@@ -182,12 +181,12 @@ class Walk {
         const LaneMask ends = mask_and(mask, LaneMask(own > w_.left));
         if (any(ends)) {
           const Lane s =
-              place_of(w_.left / (step * length_ * 3.0f), component(e0, w_.channel),
+              place_of(w_.left / (step * w_.length * 3.0f), component(e0, w_.channel),
                        component(e1, w_.channel), component(e2, w_.channel), component(e3, w_.channel));
           const Lane at = t + (until - t) * s;
           const MediumCoefficients<Lane> there = grids_->at(in_cell(c, at, mask));
           // Up to there, in each channel as in the chosen one.
-          const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
+          const Vec3<Lane> part = partial_depth(s, k, step * w_.length * 3.0f);
           w_.optical = select(ends, w_.optical + part, w_.optical);
           w_.rate = select(ends, w_.rate + part, w_.rate);
           if (shines_) {
@@ -265,9 +264,9 @@ class Walk {
     const Lane sum = all.x + all.y + all.z;
     w_.all_glow = select(mask, w_.all_glow + sum, w_.all_glow);
     const Vec3<Lane> way = p - w_.start;
-    const Lane passed = mean(reached()) * w_.panes, drawn = gather(drawn_.data(), brick_);
+    const Lane passed = mean(reached()) * w_.panes, drawn = gather(drawn_.data(), brick_) * w_.density;
     // M6.
-    const Lane hit = rate * passed, next_event = w_.next_event * drawn * dot(way, way),
+    const Lane hit = rate * passed, next_event = w_.next_event * drawn * (dot(way, way) * w_.stretch2),
                light_paths = w_.light_paths * drawn * passed, others = next_event + light_paths;
     const LaneMask shared = LaneMask(others > 0.0f);
     const Lane inv_all = 1.0f / select(shared, hit + others, splat<Lane>(1.0f));
@@ -295,7 +294,6 @@ class Walk {
   std::optional<Grids<Lane>> grids_;
   LatticeLine line_{{}, {}};
   Vec3<Lane> share_{};        // of the channels
-  Lane length_{};             // of a unit of the direction
   FieldBricks<Lane> bricks_;  // of the grid,
   LaneInt nz_{};              // along z
   LatticeCell last_cell_{};   // the farthest one

@@ -11,9 +11,13 @@ namespace lightmill {
 template <class F>
 struct VolumeWay {
   IntOf<F> medium{};              // has a grid
-  Vec3<F> origin{}, direction{};  // of normalised space
-  F from{}, until{};              // from origin + from * direction on; direction need not be a unit vector
-  IntOf<F> seed{};                // of its random numbers
+  Vec3<F> origin{}, direction{};  // of normalised space; if the grid moves, as the shutter opens
+  F from{}, until{};              // from origin + from * direction on
+  F length{};                     // of a unit of the direction, where the ray is
+  // If the grid moves: the square of that over the same as the shutter opens, and what a density per unit
+  // volume then is multiplied by (moving_grids.h).
+  F stretch2 = splat<F>(1.0f), density = splat<F>(1.0f);
+  IntOf<F> seed{};  // of its random numbers
   // Of a path's segment: the channel that was drawn, and the throughput at its start.
   IntOf<F> channel{};
   Vec3<F> throughput{};
@@ -45,7 +49,8 @@ void for_each_given(A& a, B& b, Fn&& fn) {
   fn(a.medium, b.medium), fn(a.seed, b.seed), fn(a.channel, b.channel), fn(a.drawn, b.drawn);
   fn(a.origin, b.origin), fn(a.direction, b.direction), fn(a.throughput, b.throughput), fn(a.start, b.start);
   fn(a.optical, b.optical), fn(a.rate, b.rate), fn(a.nulls, b.nulls);
-  fn(a.from, b.from), fn(a.until, b.until), fn(a.left, b.left);
+  fn(a.from, b.from), fn(a.until, b.until), fn(a.left, b.left), fn(a.length, b.length);
+  fn(a.stretch2, b.stretch2), fn(a.density, b.density);
   fn(a.panes, b.panes), fn(a.next_event, b.next_event), fn(a.light_paths, b.light_paths);
 }
 /// The same for those that it finds.

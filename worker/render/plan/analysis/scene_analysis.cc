@@ -274,6 +274,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
                  (scene.any_bending() ? ", " + text(scene.bends.size() - 1) + " of them mesh(es) that bend"
                                       : "") +
                  (scene.lights.any_moving() ? "; some light moves" : "") +
+                 (scene.volumes.any_moving() ? "; some medium moves" : "") +
                  (scene.camera_motion.moves ? ", and so does the camera" : "")
            : "the camera moves",
        "a time per path, and a transform that is made anew for every ray that meets what moves");

@@ -112,6 +112,25 @@ class GridLight {
     return r;
   }
 
+  /// The steps of a grid that moves (LightTable::set_moving): where its poses take the box. Empty if it
+  /// stands.
+  std::vector<float> steps(const std::array<float, kLightFloats>& box) const {
+    std::vector<float> out;
+    const int32_t first = integer(kGridPose);
+    for (int32_t i = 0; first >= 0 && i <= integer(kGridSegments); ++i) {
+      const float* const pose =
+          &scene_.volumes.poses[static_cast<size_t>(first + i) * static_cast<size_t>(kGridPoseFloats)];
+      for (const size_t slot : {size_t{kLightP}, size_t{kLightE1}, size_t{kLightE2}, size_t{kLightN}}) {
+        for (size_t row = 0; row < 3; ++row) {
+          double x = slot == kLightP ? double{pose[9 + row]} : 0.0;
+          for (size_t c = 0; c < 3; ++c) x += double{pose[3 * row + c]} * double{box[slot + c]};
+          out.push_back(static_cast<float>(x));
+        }
+      }
+    }
+    return out;
+  }
+
  private:
   int32_t integer(size_t slot) const { return std::bit_cast<int32_t>(record_[slot]); }
   static void put(const Vec3d& v, size_t slot, std::array<float, kLightFloats>* r) {
@@ -196,7 +215,10 @@ void add_volume_lights(int threads, RenderScene* scene) {
     for (size_t i = 0; i < bricks.size(); ++i)
       volumes.drawn[bricks[i].number] = static_cast<float>(chosen[i] / bricks[i].volume);
     record[kGridLight] = std::bit_cast<float>(light.light);
-    lights.add(kVolumeLight, source.record(bricks, &light), power);
+    const std::array<float, kLightFloats> box = source.record(bricks, &light);
+    lights.add(kVolumeLight, box, power);
+    if (const std::vector<float> steps = source.steps(box); !steps.empty())
+      lights.set_moving(light.light, steps);
     lights.media.resize(static_cast<size_t>(lights.count()), medium_sides(medium, medium));
   }
 }

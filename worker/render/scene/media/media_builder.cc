@@ -5,11 +5,33 @@
 #include <cmath>
 
 #include "common/base/error.h"
+#include "common/scene/motion.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/media/volume_builder.h"
 #include "worker/render/scene/media/volume_files.h"
 
 namespace lightmill {
+namespace {
+
+/// Where what the grid's transform takes to the world lies at even times, from there at the first: a power of
+/// two of segments, as many as its turns need. Empty if it stands still.
+std::vector<Transform> way_of_grid(const MediumGrid& grid, const SceneDescription& scene) {
+  std::vector<Transform> poses;
+  if (grid.moves_to < 0) return poses;
+  constexpr double kDegrees = 2;  // of a turn that a straight segment stands for
+  constexpr int kMostSegments = 128;
+  const Way way(grid.medium_to_world, grid.moves_to, scene);
+  const auto between = scene.between.find(grid.moves_to);
+  const int parts = between == scene.between.end() ? 1 : 4 * static_cast<int>(between->second.size() + 1);
+  int segments = 1;
+  while (segments < kMostSegments && (way.degrees() > kDegrees * segments || segments < parts)) segments *= 2;
+  const Transform back = inverse(grid.medium_to_world);
+  poses.emplace_back();
+  for (int i = 1; i <= segments; ++i) poses.push_back(way.at(static_cast<double>(i) / segments) * back);
+  return poses;
+}
+
+}  // namespace
 
 MediaBuilder::MediaBuilder(const SceneDescription& description,
                            const std::vector<const ShapeDescription*>& shapes,
@@ -17,6 +39,7 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
     : in_(description),
       area_(std::move(area)),
       media_(description.media),
+      ways_(description.media.size()),
       number_(description.media.size(), 0) {
   std::vector<bool> used(in_.media.size(), false);
   const auto use = [&](int index) {
@@ -33,6 +56,7 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
   for (size_t i = 0; i < used.size(); ++i) {
     if (!used[i] || is_empty(media_[i])) continue;
     number_[i] = ++count_;
+    if (media_[i].grid) ways_[i] = way_of_grid(*media_[i].grid, in_);
     media_[i] = with_file_read(media_[i], area_, warnings);
   }
 }
@@ -46,6 +70,8 @@ std::vector<Vec3d> MediaBuilder::grid_corners() const {
       corners.push_back(transform_point(
           g.medium_to_world,
           {corner & 1 ? g.hi.x : g.lo.x, corner & 2 ? g.hi.y : g.lo.y, corner & 4 ? g.hi.z : g.lo.z}));
+      const Vec3d first = corners.back();
+      for (const Transform& to : ways_[i]) corners.push_back(transform_point(to, first));
     }
   }
   return corners;
@@ -91,7 +117,8 @@ void MediaBuilder::write(int threads, RenderScene* scene) {
                       std::to_string(m.location.column) + ": the medium \"" + m.name +
                       "\" is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
     }
-    if (m.grid) record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, record, collides, threads, scene));
+    if (m.grid)
+      record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, ways_[i], record, collides, threads, scene));
     m.grid.reset();  // large
   }
   scene->camera_medium = number(in_.camera.medium);

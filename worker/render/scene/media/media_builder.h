@@ -23,7 +23,7 @@ class MediaBuilder {
   bool is_nothing(const ShapeDescription& shape) const { return shape.boundary && count_ == 0; }
   /// See pane.h.
   bool is_pane(const ShapeDescription& shape) const;
-  /// Corners of the boxes of grids, in the world.
+  /// Corners of the boxes of grids, in the world, wherever they move.
   std::vector<Vec3d> grid_corners() const;
   /// Writes the records and grids, which it then has no longer. scene->scale_exponent must be known. Throws
   /// Error(kBadScene) if there are too many, or if float cannot hold their coefficients at the scene's scale.
@@ -37,8 +37,9 @@ class MediaBuilder {
  private:
   const SceneDescription& in_;
   std::shared_ptr<SpillArea> area_;
-  std::vector<MediumDescription> media_;  // those of the description, with what is in their files
-  std::vector<int32_t> number_;           // per medium of the description; 0: it does nothing or is not used
+  std::vector<MediumDescription> media_;      // those of the description, with what is in their files
+  std::vector<std::vector<Transform>> ways_;  // of grids that move
+  std::vector<int32_t> number_;  // per medium of the description; 0: it does nothing or is not used
   int32_t count_ = 0;
   bool any_panes_ = false;
 };

@@ -192,8 +192,8 @@ double brick_length(const Lattice& l, const Transform& medium_to_world, const Re
 
 }  // namespace
 
-int32_t add_grid(const MediumDescription& m, const float* medium, bool collides, int threads,
-                 RenderScene* scene) {
+int32_t add_grid(const MediumDescription& m, const std::vector<Transform>& way, const float* medium,
+                 bool collides, int threads, RenderScene* scene) {
   const MediumGrid& grid = *m.grid;
   VolumeTable& table = scene->volumes;
   const size_t record = table.records.size();
@@ -254,6 +254,18 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
   }
   builder.set_integer(record + kGridEmissionKind, kind);
   builder.set_integer(record + kGridLight, -1);  // until volume_lights.h
+  const auto pose = static_cast<int32_t>(table.poses.size() / kGridPoseFloats);
+  builder.set_integer(record + kGridPose, way.empty() ? -1 : pose);
+  builder.set_integer(record + kGridSegments, std::max(static_cast<int32_t>(way.size()) - 1, 0));
+  for (const Transform& to : way) {
+    const Vec3d p = scene->normalised_point(transform_point(to, scene->origin));
+    for (size_t row = 0; row < 3; ++row) {
+      for (size_t column = 0; column < 3; ++column)
+        table.poses.push_back(static_cast<float>(to.m[row][column]));
+    }
+    table.poses.insert(table.poses.end(),
+                       {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  }
   return static_cast<int32_t>(record / kGridFloats);
 }
 

@@ -65,6 +65,7 @@ MediumDescription with_file_read(const MediumDescription& medium, const std::sha
   VolumeGrid density = read(file.density);
   MediumDescription out = medium;
   auto grid = std::make_shared<MediumGrid>();
+  grid->moves_to = medium.grid->moves_to;
   grid->medium_to_world = medium.grid->medium_to_world * density.index_to_world;
   if (is_singular(grid->medium_to_world) || determinant3(grid->medium_to_world) == 0)
     throw Error(ErrorKind::kBadScene, file_of(medium) + "has a grid that its transform flattens");

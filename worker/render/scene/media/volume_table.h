@@ -34,14 +34,20 @@ inline constexpr int32_t kNoEmission = 0, kEvenEmission = 1, kScaledEmission = 2
 /// Slots of a grid's record: its box in the cell coordinates of its coefficients; channels of these (1: a
 /// factor of the medium's; 6: absorption and scattering, RGB, by themselves); which emission; where its
 /// colours of black bodies begin in VolumeTable::values (or -1), and how many of them a kelvin has; its
-/// fields; its light (or -1).
+/// fields; its light (or -1); the first of its poses (or -1) and how many segments they have.
 inline constexpr int kGridLo = 0, kGridHi = 3, kGridChannels = 6, kGridEmissionKind = 7, kGridColors = 8,
                      kGridColorRate = 9, kGridCoefficients = 10,
                      kGridEmission = kGridCoefficients + kFieldFloats,
                      kGridTemperature = kGridEmission + kFieldFloats,
-                     kGridLight = kGridTemperature + kFieldFloats, kGridFloats = kGridLight + 1;
+                     kGridLight = kGridTemperature + kFieldFloats, kGridPose = kGridLight + 1,
+                     kGridSegments = kGridPose + 1, kGridFloats = kGridSegments + 1;
 /// Colours of black bodies, evenly spaced from 0 kelvin to the hottest of a grid.
 inline constexpr int kGridColorCount = 512;
+
+/// A pose of a grid that moves: rows of A and the position p of the affine map x -> A x + p of normalised
+/// space, which takes the grid from where it is as the shutter opens, which records describe, to where it is
+/// then. Between two poses, which are at even times, floats change evenly. The first is the identity.
+inline constexpr int kGridPoseFloats = 12;
 
 struct VolumeTable {
   std::vector<float> records;    // kGridFloats per grid
@@ -51,7 +57,9 @@ struct VolumeTable {
   /// in them, given the grid's light. Empty if no grid shines.
   std::vector<float> drawn;
   SpillArray<float> values;  // channels of a brick one after the other, x fastest
+  std::vector<float> poses;  // kGridPoseFloats each
   bool empty() const { return records.empty(); }
+  bool any_moving() const { return !poses.empty(); }
 };
 // A majorant is the extinction per unit of normalised space that no channel exceeds in the brick. Paths are
 // tracked against it: null collisions make up for the difference. It is negative where that would take more

@@ -82,7 +82,8 @@ TEST(VolumeLights, PointsAreDrawnByTheirDensity) {
     stream.key = splat_uint<Lane>(1234567);
     stream.index = as_uint(lane_index<Lane>() + i * kLanes);
     DirectSample<Lane> d = sample_direct<Lane>(context.lights, reference, Lane{}, Lane{}, Lane{}, Lane{});
-    const LaneInt medium = sample_volume_lights(context, reference, stream, 1, splat_mask<Lane>(true), &d);
+    const LaneInt medium =
+        sample_volume_lights(context, reference, stream, 1, splat_mask<Lane>(true), Lane{}, &d);
     for (int l = 0; l < kLanes; ++l) {
       ASSERT_EQ(lane(medium, l), 1);
       ASSERT_GT(lane(d.pdf, l), 0);
