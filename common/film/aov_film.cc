@@ -1,9 +1,12 @@
 #include "common/film/aov_film.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/base/error.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
-#include "common/film/unit_planes.h"
+#include "common/film/stored_layer.h"
 #include "common/job/pixel_interleave.h"
 
 namespace lightmill {
@@ -17,9 +20,11 @@ struct PixelSums {
   const AovSums& sums;
   const AovFilm::Colour& colour;
   const std::vector<ExactRgb>& direct_splat;
+  const HalfFilm& half;
   size_t pixel;       // in packet order
   size_t film_pixel;  // the same one's place in the image
   int64_t samples;
+  int64_t half_samples;
 
   Units of(AovLayer layer, int c) const { return sums.layers[layer][pixel].c[c]; }
   int64_t hits() const { return static_cast<int64_t>(of(kDepthLayer, 1)); }
@@ -59,11 +64,64 @@ struct PixelSums {
       case kAovVariance:
         return variance_of(of(kVarianceLayer, c), samples > 0 ? colour.camera[pixel].c[c] : 0, samples,
                            colour.quantum_exponent);
+      case kAovDifference:
+        return difference(c);
       default:
         return static_cast<double>(samples);
     }
   }
+
+  /// sqrt(a (1 - a)) (A - B) of a value of sums: `mean(sum, count)` of the half A and of the rest B
+  /// (half_film.h). 0 where one of them has no samples.
+  template <class Mean>
+  static double scaled_difference(const ExactRgb& whole, const ExactRgb& half, double count, double of_half,
+                                  const Mean& mean) {
+    if (!(of_half > 0) || !(count > of_half)) return 0;
+    ExactRgb rest = whole;
+    for (int c = 0; c < 3; ++c) rest.c[c] -= half.c[c];
+    const double share = of_half / count;
+    return std::sqrt(share * (1 - share)) * (mean(half, of_half) - mean(rest, count - of_half));
+  }
+
+  /// Of the colour.
+  double difference(int c) const {
+    const auto mean = [&](const ExactRgb& sum, double count) {
+      return from_signed_units(sum.c[c], colour.quantum_exponent) / count;
+    };
+    double value = 0;
+    if (!colour.camera.empty()) {
+      value += scaled_difference(colour.camera[pixel], half.camera(pixel), static_cast<double>(samples),
+                                 static_cast<double>(half_samples), mean);
+    }
+    if (!colour.splat.empty()) {
+      // Of splats light_spp counts: the half's share of it is that of its light paths.
+      const double of_half = colour.light_spp * static_cast<double>(half.light_paths()) /
+                             static_cast<double>(std::max<uint64_t>(colour.light_paths, 1));
+      value += scaled_difference(colour.splat[film_pixel], half.splat(film_pixel), colour.light_spp, of_half,
+                                 mean);
+    }
+    return value;
+  }
+
+  /// Of a feature.
+  double difference(Aovs feature, int c) const {
+    const AovLayer layer =
+        feature == kAovAlbedo ? kAlbedoLayer : (feature == kAovNormal ? kNormalLayer : kDepthLayer);
+    const ExactRgb& whole = sums.layers[layer][pixel];
+    const ExactRgb part = half.layer(layer, pixel);
+    if (feature == kAovDepth && (part.c[1] == 0 || part.c[1] == whole.c[1]))
+      return 0;  // no hits in one of them
+    return scaled_difference(whole, part, static_cast<double>(samples), static_cast<double>(half_samples),
+                             [&](const ExactRgb& sum, double count) {
+                               const auto n = static_cast<int64_t>(count);
+                               if (feature == kAovAlbedo) return albedo_of(sum.c[c], n);
+                               if (feature == kAovNormal) return normal_of(sum.c[c], n);
+                               return depth_of(sum.c[0], static_cast<int64_t>(sum.c[1]), sums.spec.frame);
+                             });
+  }
 };
+
+int channels_of(Aovs aov) { return aov & (kAovDepth | kAovAlpha | kAovSamples) ? 1 : 3; }
 
 }  // namespace
 
@@ -75,7 +133,7 @@ void AovFilm::check(const Partial& partial, bool first) const {
   }
 }
 
-void AovFilm::fold(const Partial& partial) {
+void AovFilm::fold(const Partial& partial, const Whole& whole) {
   const AovSums& from = partial.aovs;
   if (from.spec.set == 0) return;
   const FilmGrid& grid = partial.grid;
@@ -96,6 +154,9 @@ void AovFilm::fold(const Partial& partial) {
   for (const SplatSum& splat : from.direct_splats) {
     direct_splat_[entry(grid.crop_index(splat.pixel))] += splat.sum;
   }
+  if (from.spec.set & kAovDifference) {
+    half_.fold(partial, {whole.camera, whole.splat, sums_, whole.cell_samples, whole.light_paths});
+  }
 }
 
 ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const {
@@ -104,19 +165,25 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
   result.channels = aov_channels(set);
   if (set == 0) return result;
   const PixelRect& crop = grid.crop;
+  const CellRect cells = grid.cells();
   result.image = Image(crop.width(), crop.height(), static_cast<int>(result.channels.size()));
   const PixelInterleave interleave(grid);
   size_t pixel = 0;
   for (int y = crop.y0; y < crop.y1; ++y) {
     for (int x = crop.x0; x < crop.x1; ++x, ++pixel) {
       const size_t film_pixel = entry(interleave.film_index(x, y));
-      const PixelSums at{sums_, colour,     direct_splat_,
-                         pixel, film_pixel, colour.samples(x / kCellSize, y / kCellSize)};
+      const int cx = x / kCellSize, cy = y / kCellSize;
+      const auto cell = entry(int64_t{cy - cells.y0} * cells.width() + cx - cells.x0);
+      const PixelSums at{sums_, colour,     direct_splat_,          half_,
+                         pixel, film_pixel, colour.samples(cx, cy), half_.samples(cell)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
         if (!(set & aov)) continue;
-        const int channels = aov & (kAovDepth | kAovAlpha | kAovSamples) ? 1 : 3;
-        for (int c = 0; c < channels; ++c) *out++ = static_cast<float>(at.value(aov, c));
+        for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
+      }
+      for (Aovs aov = 1; set & kAovDifference && aov <= kAllAovs; aov <<= 1) {
+        if (!(set & kAovsOfHalves & aov)) continue;
+        for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.difference(aov, c));
       }
     }
   }
@@ -129,15 +196,9 @@ void AovFilm::write(ByteWriter* out) const {
   out->put<uint32_t>(sums_.spec.set);
   out->put<int32_t>(frame.scale_exponent);
   for (const double x : frame.origin) out->put<double>(x);
-  const auto put = [&](const std::vector<ExactRgb>& layer) {
-    const ByteRange range = used_bytes(std::span(layer));
-    out->put<uint8_t>(!layer.empty());
-    out->put<uint8_t>(range.low);
-    out->put<uint8_t>(range.high);
-    append_planes(std::span(layer), range, &out->bytes());
-  };
-  for (const std::vector<ExactRgb>& layer : sums_.layers) put(layer);
-  put(direct_splat_);
+  for (const std::vector<ExactRgb>& layer : sums_.layers) put_stored_layer(layer, out);
+  put_stored_layer(direct_splat_, out);
+  if (sums_.spec.set & kAovDifference) half_.write(out);
 }
 
 void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
@@ -147,25 +208,15 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   frame.scale_exponent = in->get<int32_t>();
   for (double& x : frame.origin) x = in->get<double>();
   if (sums_.spec.set == 0 || (sums_.spec.set & ~kAllAovs)) in->fail("unknown AOVs");
-  const auto get = [&](std::vector<ExactRgb>* layer) {
-    const bool present = in->get<uint8_t>() != 0;
-    ByteRange range;
-    range.low = in->get<uint8_t>();
-    range.high = in->get<uint8_t>();
-    if (!range.valid()) in->fail("unknown layout");
-    if (!present) return;
-    const auto pixels = entry(grid.crop.area());
-    const std::string_view planes = in->get_bytes(plane_bytes(pixels, range));
-    layer->resize(pixels);
-    read_planes(planes, range, std::span(*layer));
-  };
+  const auto pixels = entry(grid.crop.area());
   for (size_t layer = 0; layer < kAovLayers; ++layer) {
-    get(&sums_.layers[layer]);
+    sums_.layers[layer] = get_stored_layer(pixels, in);
     if (sums_.layers[layer].empty() == needs_layer(sums_.spec.set, static_cast<int>(layer))) {
       in->fail("an AOV's layer is missing");
     }
   }
-  get(&direct_splat_);
+  direct_splat_ = get_stored_layer(pixels, in);
+  if (sums_.spec.set & kAovDifference) half_.read(in, grid);
 }
 
 }  // namespace lightmill

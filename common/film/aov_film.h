@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/film/aov_layers.h"
+#include "common/film/halves/half_film.h"
 #include "common/film/partial.h"
 #include "common/image/image.h"
 
@@ -23,14 +24,22 @@ class AovFilm {
     int quantum_exponent;
     double light_spp;                          // that splats are divided by; 0: none
     std::function<int64_t(int, int)> samples;  // of cell (cx, cy)
+    uint64_t light_paths;
   };
 
   bool empty() const { return sums_.spec.set == 0; }
   /// Throws Error(kFailed), without having changed anything, if the partial has other AOVs than those folded
   /// before. `first`: nothing was folded yet. The partial must have been checked (check_aovs).
   void check(const Partial& partial, bool first) const;
-  /// Adds what check() accepted.
-  void fold(const Partial& partial);
+  /// The film's other layers as they are stored.
+  struct Whole {
+    const std::vector<ExactRgb>& camera;
+    const std::vector<ExactRgb>& splat;
+    const std::vector<int64_t>& cell_samples;
+    uint64_t light_paths;
+  };
+  /// Adds what check() accepted, and the other layers have already.
+  void fold(const Partial& partial, const Whole& whole);
   /// Its channels are aov_channels(set).
   ChannelImage resolve(const FilmGrid& grid, const Colour& colour) const;
 
@@ -41,6 +50,7 @@ class AovFilm {
  private:
   AovSums sums_;  // over the crop window, in packet order; direct_splats stays empty, they are dense here
   std::vector<ExactRgb> direct_splat_;  // crop window, in film order; empty until one arrives
+  HalfFilm half_;                       // for `difference`
 };
 
 }  // namespace lightmill

@@ -8,6 +8,7 @@
 #include "common/film/crop_walk.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
+#include "common/film/stored_layer.h"
 #include "common/film/unit_planes.h"
 #include "common/image/fill_holes.h"
 #include "common/job/pixel_interleave.h"
@@ -48,19 +49,6 @@ void put_layer(const std::vector<ExactRgb>& layer, ByteRange range, Sealer* out)
   w.put<uint8_t>(range.high);
   out->write(w.bytes());
   for_planes(std::span(layer), range, [&](std::string_view planes) { out->write(planes); });
-}
-
-std::vector<ExactRgb> get_layer(size_t pixels, ByteReader* in) {
-  const bool present = in->get<uint8_t>() != 0;
-  ByteRange range;
-  range.low = in->get<uint8_t>();
-  range.high = in->get<uint8_t>();
-  if (!range.valid()) in->fail("unknown layout");
-  if (!present) return {};
-  const std::string_view planes = in->get_bytes(plane_bytes(pixels, range));
-  std::vector<ExactRgb> layer(pixels);
-  read_planes(planes, range, std::span(layer));
-  return layer;
 }
 
 }  // namespace
@@ -105,7 +93,6 @@ void Film::fold(const Partial& partial) {
                                         : "partial has a splat outside the crop window");
   }
 
-  aovs_.fold(partial);
   has_quantum_ = true;
   quantum_exponent_ = partial.quantum_exponent;
   if (!partial.camera.empty()) {
@@ -118,6 +105,7 @@ void Film::fold(const Partial& partial) {
     }
   }
   light_paths_ += partial.light_paths;
+  aovs_.fold(partial, {camera_, splat_, cell_samples_, light_paths_});
   counters_ += partial.counters;
   cpu_seconds_ += partial.cpu_seconds;
 }
@@ -185,7 +173,7 @@ ChannelImage Film::resolve_aovs() const {
   const double light_spp =
       static_cast<double>(light_paths_) / static_cast<double>(grid_.light_paths_per_spp());
   return aovs_.resolve(grid_, {camera_, splat_, quantum_exponent_, light_spp,
-                               [this](int cx, int cy) { return cell_samples(cx, cy); }});
+                               [this](int cx, int cy) { return cell_samples(cx, cy); }, light_paths_});
 }
 
 std::string Film::snapshot() const {
@@ -247,8 +235,8 @@ Film Film::restore(std::string_view bytes) {
     any_samples |= samples > 0;
   }
   const auto crop_area = index(grid.crop.area());
-  film.camera_ = get_layer(crop_area, &in);
-  film.splat_ = get_layer(crop_area, &in);
+  film.camera_ = get_stored_layer(crop_area, &in);
+  film.splat_ = get_stored_layer(crop_area, &in);
   if (any_samples && film.camera_.empty()) in.fail("samples without a camera layer");
   film.aovs_.read(&in, grid);
   in.expect_end();

@@ -12,10 +12,16 @@ struct Entry {
   const char* name;
   const char* channels;  // a letter each
 };
-constexpr Entry kEntries[] = {{"albedo", "RGB"},   {"normal", "XYZ"},   {"depth", "Z"},
-                              {"position", "XYZ"}, {"alpha", "A"},      {"direct", "RGB"},
-                              {"indirect", "RGB"}, {"variance", "RGB"}, {"samples", "V"}};
+constexpr Entry kEntries[] = {
+    {"albedo", "RGB"}, {"normal", "XYZ"},   {"depth", "Z"},      {"position", "XYZ"}, {"alpha", "A"},
+    {"direct", "RGB"}, {"indirect", "RGB"}, {"variance", "RGB"}, {"samples", "V"},    {"difference", "RGB"}};
 static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
+
+void append(const Entry& entry, const char* suffix, std::vector<std::string>* channels) {
+  for (const char* letter = entry.channels; *letter; ++letter) {
+    channels->emplace_back(entry.name).append(suffix).append(1, '.').append(1, *letter);
+  }
+}
 
 }  // namespace
 
@@ -38,9 +44,11 @@ Aovs aovs_named(const std::string& names) {
                                      [&](const Entry& e) { return name == e.name; });
     if (name == "all") {
       set = kAllAovs;
+    } else if (name == "denoise") {
+      set |= kAovsToDenoise;
     } else if (found == std::end(kEntries)) {
       throw Error(ErrorKind::kUsage, "no AOV \"" + name + "\" in \"" + names + "\"; there are " +
-                                         aov_names(kAllAovs) + " and all");
+                                         aov_names(kAllAovs) + ", denoise and all");
     } else {
       set |= 1u << (found - std::begin(kEntries));
     }
@@ -57,8 +65,10 @@ std::vector<std::string> aov_channels(Aovs set) {
       channels.emplace_back("A");  // of the unnamed layer, beside R, G and B: what programs take for coverage
       continue;
     }
-    for (const char* letter = kEntries[i].channels; *letter; ++letter) {
-      channels.emplace_back(kEntries[i].name).append(1, '.').append(1, *letter);
+    append(kEntries[i], "", &channels);
+    if (1u << i != kAovDifference) continue;
+    for (unsigned j = 0; j < i; ++j) {
+      if (set & kAovsOfHalves & (1u << j)) append(kEntries[j], "_difference", &channels);
     }
   }
   return channels;

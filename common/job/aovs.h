@@ -13,6 +13,10 @@
 //   direct    light that came by at most one scattering event; indirect: all the rest of the colour
 //   variance  of one camera sample, RGB, without splats; that of the mean is this over `samples`
 //   samples   camera samples of the pixel
+//   difference  of two halves of the samples (common/film/halves/half_film.h), RGB of the colour and channels
+//   of
+//             albedo, normal and depth where they are asked for, scaled so that its square is an estimate of
+//             the error's: image + difference and image - difference are two images of half the samples each
 #include <string>
 #include <vector>
 
@@ -21,15 +25,21 @@ namespace lightmill {
 /// A set of AOVs: their sum.
 using Aovs = unsigned;
 inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
-                      kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256;
-inline constexpr Aovs kAllAovs = (1u << 9) - 1;
+                      kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256,
+                      kAovDifference = 512;
+inline constexpr Aovs kAllAovs = (1u << 10) - 1;
+/// What `lightmill denoise` goes by: "denoise" among names.
+inline constexpr Aovs kAovsToDenoise = kAovAlbedo | kAovNormal | kAovDepth | kAovDifference;
+/// Those of which `difference` has channels, too.
+inline constexpr Aovs kAovsOfHalves = kAovAlbedo | kAovNormal | kAovDepth;
 
 /// "albedo,normal", those in the set, in the order of their bits; empty for none.
 std::string aov_names(Aovs set);
-/// Inverse; "all" is all of them. Throws Error(kUsage) on a name that does not exist, listing those that do.
+/// Inverse; "all" is all of them and "denoise" kAovsToDenoise. Throws Error(kUsage) on a name that does not
+/// exist, listing those that do.
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
-/// "depth.Z", "position.X", "samples.V", and "A" for alpha.
+/// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", and "A" for alpha.
 std::vector<std::string> aov_channels(Aovs set);
 
 }  // namespace lightmill

@@ -95,6 +95,7 @@ std::vector<TileSpec> RoundPlanner::next_round(const Job& job, double now) const
   }
   input.max_superblocks = job.batch_group;
   input.splats = splat_layer_bytes(settings) >= kHeavySplatBytes;
+  input.halves = settings.aovs & kAovDifference;
   input.to_checkpoint = settings.target_error > 0;
   obey_ingest(job, &input);
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));

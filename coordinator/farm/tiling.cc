@@ -49,11 +49,17 @@ double affordable_spp(const TilingInput& in) {
   return in.seconds_left * rate / static_cast<double>(in.grid.crop.area());
 }
 
+/// Where a round has to end, so that a film of no more than a superblock has two halves.
+int64_t first_half_end(int64_t spp) {
+  const int64_t samples = std::min(spp, kSuperblockSamples);
+  return samples < 2 ? samples : static_cast<int64_t>(std::bit_floor(static_cast<uint64_t>(samples - 1)));
+}
+
 /// End of the blocks within the first superblock that are a round together.
 int64_t first_range_end(const TilingInput& in, double round_budget) {
   int64_t end = block_end(block_of_sample(in.begin));
   if (!in.splats || in.begin == 0) return end;
-  while (end < kSuperblockSamples) {
+  while (end < kSuperblockSamples && !(in.halves && end == first_half_end(in.spp))) {
     const int64_t longer = block_end(block_of_sample(end));
     const auto samples = static_cast<double>((longer - in.begin) * in.grid.crop.area());
     if (samples > round_budget) break;

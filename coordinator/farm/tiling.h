@@ -21,9 +21,10 @@ struct TilingInput {
   // Fewest superblocks beyond the first one that a round should span. A tile's bytes go by its pixels, so
   // deeper tiles bring fewer of them a second. A power of two; above max_superblocks it costs batches.
   int64_t min_superblocks = 1;
-  double seconds_left = -1;      // of --time; negative: no limit
-  bool to_checkpoint = false;    // of a job with a target error: the round ends at a checkpoint at the latest
-  bool splats = false;           // partials have splats, over a crop window large enough to make them heavy
+  double seconds_left = -1;    // of --time; negative: no limit
+  bool to_checkpoint = false;  // of a job with a target error: the round ends at a checkpoint at the latest
+  bool splats = false;         // partials have splats, over a crop window large enough to make them heavy
+  bool halves = false;         // the film keeps a half of the samples apart (common/film/halves/half_film.h)
   int64_t min_tile_samples = 0;  // with splats: least samples of a tile by the ingest budget
 };
 

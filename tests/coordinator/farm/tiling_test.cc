@@ -31,6 +31,7 @@ std::vector<TileSpec> play(const FilmGrid& grid, int64_t spp_first, int64_t spp,
       in.previous_tile_samples = previous;
       in.max_superblocks = int64_t{1} << (random() % 4);
       in.splats = random() % 2 == 0;
+      in.halves = random() % 2 == 0;
       in.min_tile_samples = random() % 4 == 0 ? static_cast<int64_t>(random() % 1000000) : 0;
       const std::vector<TileSpec> round = plan_round(in);
       EXPECT_FALSE(round.empty());
@@ -313,6 +314,23 @@ TEST(Tiling, AnIngestBudgetAsksForDeeperRounds) {
   EXPECT_LE(plan_round(in).size(), 5u) << "8.4 million samples";
   in.min_tile_samples = 40000000;
   EXPECT_EQ(plan_round(in).size(), 1u) << "however small the last tiles were";
+}
+
+TEST(Tiling, FilmsOfHalvesGetTwoOfThem) {
+  TilingInput in;
+  in.grid = full(64, 64);
+  in.splats = in.halves = true;
+  in.previous_tile_samples = 1 << 30;
+  for (const auto& [spp, half] :
+       {std::pair<int64_t, int64_t>{2, 1}, {4, 2}, {8, 4}, {12, 8}, {16, 8}, {1000, 8}}) {
+    in.spp = spp;
+    std::set<int64_t> ends;
+    for (in.begin = 0; in.begin < std::min(spp, kSuperblockSamples);) {
+      in.begin = plan_round(in)[0].sample_end;
+      ends.insert(in.begin);
+    }
+    EXPECT_TRUE(ends.contains(half)) << spp;
+  }
 }
 
 }  // namespace

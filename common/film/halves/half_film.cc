@@ -1,0 +1,114 @@
+#include "common/film/halves/half_film.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "common/film/crop_walk.h"
+#include "common/film/packing.h"
+#include "common/film/stored_layer.h"
+#include "common/job/replicates.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr AovLayer kLayersOfHalves[] = {kAlbedoLayer, kNormalLayer, kDepthLayer};
+
+bool of_replicate_0(const TileSpec& tile) {
+  const int64_t begin = superblock_of_sample(tile.sample_begin);
+  return superblock_of_sample(tile.sample_end - 1) < replicate_run_end(begin) &&
+         replicate_of(begin).replicate == 0;
+}
+
+void add_sum(const ExactRgb& sum, bool subtract, ExactRgb* to) {
+  for (int c = 0; c < 3; ++c) to->c[c] += subtract ? Units{0} - sum.c[c] : sum.c[c];
+}
+
+void add_rectangle(const FilmGrid& grid, const PixelRect& r, const std::vector<ExactRgb>& from, bool subtract,
+                   std::vector<ExactRgb>* to) {
+  if (from.empty()) return;
+  if (to->empty()) to->resize(static_cast<size_t>(grid.crop.area()));
+  const ExactRgb* source = from.data();
+  for (int y = r.y0; y < r.y1; ++y) {
+    const int64_t first = int64_t{y - grid.crop.y0} * grid.crop.width() + r.x0 - grid.crop.x0;
+    ExactRgb* target = &(*to)[static_cast<size_t>(first)];
+    for (int x = r.x0; x < r.x1; ++x) add_sum(*source++, subtract, target++);
+  }
+}
+
+}  // namespace
+
+bool HalfFilm::holds(const TileSpec& tile) const {
+  return half_end_ < kSuperblockSamples ? tile.sample_end <= half_end_ : of_replicate_0(tile);
+}
+
+void HalfFilm::fold(const Partial& partial, const Film& film) {
+  const int64_t begin = partial.tile.sample_begin;
+  if (half_end_ < kSuperblockSamples && begin >= 2 * half_end_) {
+    // The film has nothing yet from here on, but for this partial.
+    half_end_ =
+        std::min(kSuperblockSamples, static_cast<int64_t>(std::bit_floor(static_cast<uint64_t>(begin))));
+    camera_ = film.camera;
+    splat_ = film.splat;
+    for (const AovLayer layer : kLayersOfHalves) layers_[layer] = film.aovs.layers[layer];
+    cell_samples_ = film.cell_samples;
+    light_paths_ = film.light_paths;
+    if (!holds(partial.tile)) add(partial, true);
+  } else if (holds(partial.tile)) {
+    add(partial, false);
+  }
+}
+
+void HalfFilm::add(const Partial& partial, bool subtract) {
+  const FilmGrid& grid = partial.grid;
+  const PixelRect r = grid.pixels(partial.tile.cells);
+  add_rectangle(grid, r, partial.camera, subtract, &camera_);
+  for (const AovLayer layer : kLayersOfHalves) {
+    add_rectangle(grid, r, partial.aovs.layers[layer], subtract, &layers_[layer]);
+  }
+  if (!partial.splats.empty() && splat_.empty()) splat_.resize(static_cast<size_t>(grid.crop.area()));
+  CropWalk crop_index(grid);
+  for (const SplatSum& splat : partial.splats) {
+    add_sum(splat.sum, subtract, &splat_[static_cast<size_t>(crop_index(splat.pixel))]);
+  }
+  light_paths_ += subtract ? uint64_t{0} - partial.light_paths : partial.light_paths;
+  if (partial.camera.empty()) return;  // as the film counts
+  const CellRect all = grid.cells();
+  const CellRect& cells = partial.tile.cells;
+  const int64_t samples = subtract ? -partial.tile.samples() : partial.tile.samples();
+  cell_samples_.resize(static_cast<size_t>(all.count()));
+  for (int cy = cells.y0; cy < cells.y1; ++cy) {
+    for (int cx = cells.x0; cx < cells.x1; ++cx) {
+      cell_samples_[static_cast<size_t>(int64_t{cy - all.y0} * all.width() + cx - all.x0)] += samples;
+    }
+  }
+}
+
+void HalfFilm::write(ByteWriter* out) const {
+  out->put<int64_t>(half_end_);
+  out->put<uint64_t>(light_paths_);
+  out->put<uint64_t>(cell_samples_.size());
+  for (const int64_t samples : cell_samples_) out->put<int64_t>(samples);
+  put_stored_layer(camera_, out);
+  put_stored_layer(splat_, out);
+  for (const AovLayer layer : kLayersOfHalves) put_stored_layer(layers_[layer], out);
+}
+
+void HalfFilm::read(ByteReader* in, const FilmGrid& grid) {
+  half_end_ = in->get<int64_t>();
+  if (half_end_ < 1 || half_end_ > kSuperblockSamples) in->fail("unknown half");
+  light_paths_ = in->get<uint64_t>();
+  const auto cells = in->get<uint64_t>();
+  if (cells != 0 && cells != static_cast<uint64_t>(grid.cells().count())) in->fail("cells of another film");
+  cell_samples_.resize(cells);
+  for (int64_t& samples : cell_samples_) {
+    samples = in->get<int64_t>();
+    if (samples < 0) in->fail("negative count");
+  }
+  const auto pixels = static_cast<size_t>(grid.crop.area());
+  camera_ = get_stored_layer(pixels, in);
+  splat_ = get_stored_layer(pixels, in);
+  for (const AovLayer layer : kLayersOfHalves) layers_[layer] = get_stored_layer(pixels, in);
+}
+
+}  // namespace lightmill
