@@ -93,7 +93,7 @@ Image with_layers(const Image& image, const ChannelImage& layers) {
 
 /// Half floats can't hold it.
 bool is_wide(const std::string& channel) {
-  return channel.starts_with("depth.") || channel.starts_with("position.") || channel.starts_with("samples.");
+  return channel.starts_with("depth") || channel.starts_with("position.") || channel.starts_with("samples.");
 }
 
 /// Into `memory` if it is not null.
@@ -254,6 +254,26 @@ Image read_image(const std::string& path) {
   Image image(file.width, file.height, 3);
   for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = raw.data[i / 3];
   return image;
+}
+
+ChannelImage read_channels(const std::string& path, int64_t max_pixels) {
+  const ImageReader in = open_image(path);
+  const ImageHeader& file = in.header();
+  if (file.width < 1 || file.height < 1 || file.depth > 1 || file.channels < 1) {
+    cannot_read(path, "it has no pixels");
+  }
+  if (!file.is_floating_point) cannot_read(path, "it does not hold floats");
+  if (int64_t{file.width} * file.height > max_pixels) {
+    throw Error(ErrorKind::kUsage, path + ": it has " + std::to_string(file.width) + "x" +
+                                       std::to_string(file.height) + " pixels; at most " +
+                                       std::to_string(max_pixels) + " can be taken");
+  }
+  ChannelImage result;
+  result.image = Image(file.width, file.height, file.channels);
+  result.channels = in.channel_names();
+  std::string why;
+  if (!in.read(0, file.channels, result.image.data.data(), &why)) cannot_read(path, why);
+  return result;
 }
 
 std::string read_image_metadata(const std::string& path, const std::string& key) {

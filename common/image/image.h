@@ -1,5 +1,6 @@
 #pragma once
 // A float image in memory, and its files (image_library.h; PFM is our own).
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -56,6 +57,9 @@ void check_writable(const std::string& path);
 /// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
 /// single channel is replicated). Throws Error(kFailed).
 Image read_image(const std::string& path);
+/// All channels of a file of floats, as stored, with their names. Throws Error(kFailed), also where the file
+/// has integers, and Error(kUsage) if there are more than `max_pixels`.
+ChannelImage read_channels(const std::string& path, int64_t max_pixels);
 /// ImageWriteOptions::metadata[key] of an image file; empty if it has none. Throws Error(kFailed) if it can't
 /// be read.
 std::string read_image_metadata(const std::string& path, const std::string& key);

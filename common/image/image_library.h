@@ -74,6 +74,8 @@ struct ImageLibrary {
   bool (*read)(OpenImageFile& file, int begin, int end, TexelType type, void* out, std::string* why);
   /// A string attribute; empty if there is none.
   std::string (*attribute)(const OpenImageFile& file, const std::string& name);
+  /// A name a channel, as the file has them.
+  std::vector<std::string> (*channel_names)(const OpenImageFile& file);
 
   /// Into `memory` if it is not null (PNG): then `path` only names it.
   bool (*write)(const ImageToWrite& image, const std::string& path, std::vector<unsigned char>* memory,

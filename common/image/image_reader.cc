@@ -36,4 +36,8 @@ std::string ImageReader::attribute(const std::string& name) const {
   return pfm_ || qoi_ ? "" : image_library().attribute(*file_, name);
 }
 
+std::vector<std::string> ImageReader::channel_names() const {
+  return pfm_ || qoi_ ? std::vector<std::string>{} : image_library().channel_names(*file_);
+}
+
 }  // namespace lightmill

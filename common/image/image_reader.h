@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/image/image_library.h"
 #include "common/image/pfm_file.h"
@@ -25,6 +26,8 @@ class ImageReader {
   bool read(int begin, int end, uint8_t* out, std::string* why) const;
   /// A string attribute of the file; empty if it has none.
   std::string attribute(const std::string& name) const;
+  /// A name a channel, as the file has them; none for a PFM or QOI.
+  std::vector<std::string> channel_names() const;
 
  private:
   using LibraryFile = std::unique_ptr<OpenImageFile, void (*)(OpenImageFile*)>;

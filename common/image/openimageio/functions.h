@@ -14,6 +14,7 @@ OpenImageFile* open(const ImageSource& source, ImageHeader* header, std::string*
 void close(OpenImageFile* file);
 bool read(OpenImageFile& file, int begin, int end, TexelType type, void* out, std::string* why);
 std::string attribute(const OpenImageFile& file, const std::string& name);
+std::vector<std::string> channel_names(const OpenImageFile& file);
 
 bool write(const ImageToWrite& image, const std::string& path, std::vector<unsigned char>* memory,
            std::string* why);

@@ -24,9 +24,9 @@ extern "C" [[gnu::visibility("default")]] const lightmill::ImageLibrary* lightmi
   static const std::string running = openimageio::version_text(OIIO::openimageio_version());
   static const ImageLibrary library{
       build.c_str(),           built.c_str(),           running.c_str(),         openimageio::open,
-      openimageio::close,      openimageio::read,       openimageio::attribute,  openimageio::write,
-      openimageio::make_tiles, openimageio::free_tiles, openimageio::open_tiled, openimageio::tiled_path,
-      openimageio::read_tiled,
+      openimageio::close,      openimageio::read,       openimageio::attribute,  openimageio::channel_names,
+      openimageio::write,      openimageio::make_tiles, openimageio::free_tiles, openimageio::open_tiled,
+      openimageio::tiled_path, openimageio::read_tiled,
   };
   return &library;
 }

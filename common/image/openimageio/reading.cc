@@ -53,5 +53,7 @@ std::string attribute(const OpenImageFile& file, const std::string& name) {
   return std::string(file.in->spec().get_string_attribute(name));
 }
 
+std::vector<std::string> channel_names(const OpenImageFile& file) { return file.in->spec().channelnames; }
+
 }  // namespace openimageio
 }  // namespace lightmill

@@ -1,0 +1,165 @@
+#include "common/image/denoise/denoise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+
+#include "common/image/denoise/blend.h"
+#include "common/image/denoise/features.h"
+#include "common/image/denoise/fireflies.h"
+#include "common/image/denoise/noise.h"
+#include "common/image/denoise/planes.h"
+#include "common/image/denoise/regression.h"
+#include "common/image/fill_holes.h"
+
+namespace lightmill {
+
+namespace {
+
+using namespace denoise;
+
+// Squares of the values have to be floats.
+constexpr float kLargest = 1e15f;
+constexpr int kErrorRadius = 3;  // of the boxes that the error of pixels is a mean of
+
+// The filters, from the smoothest on. The first two go by features alone. What they make of the picture is
+// the guide of the other two, so that these see what features do not show: shadows, caustics, reflections.
+constexpr RegressionOptions kSmooth{.radius = 9, .stride = 3, .feature_width = 0.5f};
+constexpr RegressionOptions kSmall{.radius = 2, .stride = 2, .feature_width = 0.7f};
+constexpr RegressionOptions kGuided{
+    .radius = 9, .stride = 3, .feature_width = 0.5f, .guide_width = 0.3f, .guide_noise = 1.4f};
+constexpr RegressionOptions kFine{
+    .radius = 6, .stride = 2, .feature_width = 0.2f, .guide_width = 0.08f, .guide_noise = 1.4f};
+
+void check_size(const std::vector<float>& plane, size_t pixels, bool may_lack) {
+  if (plane.size() != pixels && !(may_lack && plane.empty()))
+    throw std::invalid_argument("denoise_picture: a plane of another size than the picture");
+}
+
+void check_sizes(const DenoiseInput& input, size_t pixels) {
+  if (input.width < 1 || input.height < 1) throw std::invalid_argument("denoise_picture: no pixels");
+  for (const auto& plane : input.colour) check_size(plane, pixels, false);
+  const bool no_difference = input.difference[0].empty();
+  for (const auto& plane : input.difference) check_size(plane, no_difference ? 0 : pixels, false);
+  const auto check = [&](const DenoiseInput::Feature& feature) {
+    check_size(feature.values, pixels, true);
+    check_size(feature.difference, feature.values.size(), true);
+  };
+  for (const auto& feature : input.albedo) check(feature);
+  for (const auto& feature : input.normal) check(feature);
+  check(input.depth);
+}
+
+/// Gives pixels that have no number the colour of those around them, and no noise.
+void mend(DenoiseInput* input) {
+  const Extent extent{input->width, input->height};
+  std::vector<uint8_t> known(extent.pixels(), 1);
+  const auto look = [&](const std::array<std::vector<float>, 3>& planes) {
+    for (const std::vector<float>& plane : planes) {
+      for (size_t i = 0; i < plane.size(); ++i) known[i] &= static_cast<uint8_t>(std::isfinite(plane[i]));
+    }
+  };
+  look(input->colour);
+  look(input->difference);
+  if (std::find(known.begin(), known.end(), 0) != known.end()) {
+    Image colour(extent.width, extent.height);
+    for (size_t i = 0; i < extent.pixels(); ++i) {
+      for (size_t c = 0; c < 3; ++c) colour.data[3 * i + c] = known[i] ? input->colour[c][i] : 0;
+    }
+    fill_holes(known, &colour);
+    for (size_t c = 0; c < 3; ++c) {
+      for (size_t i = 0; i < extent.pixels(); ++i) {
+        if (known[i]) continue;
+        input->colour[c][i] = colour.data[3 * i + c];
+        if (!input->difference[c].empty()) input->difference[c][i] = 0;
+      }
+    }
+  }
+  for (size_t c = 0; c < 3; ++c) {
+    for (float& x : input->colour[c]) x = std::clamp(x, -kLargest, kLargest);
+    for (float& x : input->difference[c]) x = std::clamp(x, -kLargest, kLargest);
+  }
+}
+
+Halves halves_of(const DenoiseInput& input) {
+  Halves halves(input.colour[0].size());
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t i = 0; i < input.colour[c].size(); ++i) {
+      halves.of[0].c[c][i] = input.colour[c][i] + input.difference[c][i];
+      halves.of[1].c[c][i] = input.colour[c][i] - input.difference[c][i];
+    }
+  }
+  return halves;
+}
+
+Features take_features(DenoiseInput* input, int threads) {
+  const Extent extent{input->width, input->height};
+  if (!input->depth.values.empty()) scale_depth(&input->depth.values, &input->depth.difference);
+  DenoiseInput::Feature* const from[kFeatures] = {&input->albedo[0], &input->albedo[1], &input->albedo[2],
+                                                  &input->normal[0], &input->normal[1], &input->normal[2],
+                                                  &input->depth};
+  std::array<Plane, kFeatures> values, difference;
+  for (size_t k = 0; k < kFeatures; ++k) {
+    values[k] = std::move(from[k]->values);
+    difference[k] = std::move(from[k]->difference);
+    if (values[k].empty()) values[k].assign(extent.pixels(), 0.0f);
+    const auto tame = [](Plane* plane) {
+      for (float& x : *plane) x = std::isfinite(x) ? std::clamp(x, -8.0f, 8.0f) : 0;
+    };
+    tame(&values[k]);
+    tame(&difference[k]);
+  }
+  return filter_features(extent, std::move(values), difference, threads);
+}
+
+Halves filter(const Extent& extent, const Features& features, const Halves& halves, int threads) {
+  Halves result = regress(extent, features, halves, nullptr, kSmooth, threads);
+  blend_in(extent, halves, regress(extent, features, halves, nullptr, kSmall, threads), threads, &result);
+  blend_in(extent, halves, halves, threads, &result);
+  const Halves guide = result;
+  blend_in(extent, halves, regress(extent, features, halves, &guide, kGuided, threads), threads, &result);
+  blend_in(extent, halves, regress(extent, features, halves, &guide, kFine, threads), threads, &result);
+  blend_in(extent, halves, halves, threads, &result);
+  return result;
+}
+
+}  // namespace
+
+DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options) {
+  const Extent extent{input.width, input.height};
+  const size_t pixels = extent.pixels();
+  check_sizes(input, pixels);
+  mend(&input);
+  for (unsigned c = 0; c < 3; ++c) {
+    if (input.difference[c].empty())
+      input.difference[c] = guess_difference(extent, input.colour[c], c, options.threads);
+  }
+
+  DenoiseResult result;
+  Halves filtered;
+  {
+    Halves halves = halves_of(input);
+    const Features features = take_features(&input, options.threads);
+    clamp_fireflies(extent, options.threads, &halves);
+    filtered = filter(extent, features, halves, options.threads);
+  }
+  ErrorPlanes error = estimate_error(extent, halves_of(input), filtered, options.threads);
+  double sum = 0, sum_raw = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    result.colour[c].resize(pixels);
+    for (size_t i = 0; i < pixels; ++i) {
+      result.colour[c][i] = 0.5f * (filtered.of[0].c[c][i] + filtered.of[1].c[c][i]);
+      const double mean = result.colour[c][i], difference = input.difference[c][i];
+      sum_raw += difference * difference / (mean * mean + double{kRelativeFloor});
+    }
+  }
+  for (const float e : error.relative) sum += double{e};
+  result.relmse_raw = sum_raw / static_cast<double>(3 * pixels);
+  result.relmse = std::max(0.0, sum / static_cast<double>(pixels));
+  box_mean(extent, kErrorRadius, options.threads, &error.squared);
+  result.squared_error = std::move(error.squared);
+  return result;
+}
+
+}  // namespace lightmill

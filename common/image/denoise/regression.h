@@ -1,0 +1,28 @@
+#pragma once
+// Weighted local linear regression on features: the filter that all others are made of.
+//
+// Around every centre a model of the colour is fitted that is linear in the features, with weights that say
+// which pixels are like the centre. The model predicts the colours of all those pixels, and a pixel's value
+// is the mean of what the models around it predict, by the same weights (Moon et al., "Adaptive Rendering
+// based on Weighted Local Regression", 2014; Bitterli et al., "Nonlinearly Weighted First-order Regression
+// for Denoising Monte Carlo Renderings", 2016).
+#include "common/image/denoise/features.h"
+#include "common/image/denoise/planes.h"
+
+namespace lightmill::denoise {
+
+struct RegressionOptions {
+  int radius = 9;              // of the window, pixels
+  int stride = 3;              // centres are every so many pixels on both axes
+  float feature_width = 0.3f;  // difference of features at which weights fall
+  float guide_width = 0;       // relative difference of guides at which weights fall; 0: no guide
+  float guide_noise = 1;       // likewise in standard deviations of the guide
+  float ridge = 1e-4f;         // least variance of a feature for which the model uses it
+};
+
+/// Filters both halves, each from its own values. `guide`: of each half, a picture with less noise that knows
+/// edges which features do not show; may be null if guide_width is 0.
+Halves regress(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
+               const RegressionOptions& options, int threads);
+
+}  // namespace lightmill::denoise
