@@ -25,7 +25,7 @@ constexpr int kErrorRadius = 3;  // of the boxes that the error of pixels is a m
 
 // The filters, from the smoothest on. The first two go by features alone. What they make of the picture is
 // the guide of the other two, so that these see what features do not show: shadows, caustics, reflections.
-constexpr RegressionOptions kSmooth{.radius = 9, .stride = 3, .feature_width = 0.5f};
+constexpr RegressionOptions kSmooth{.radius = 9, .stride = 4, .feature_width = 0.5f};
 constexpr RegressionOptions kSmall{.radius = 2, .stride = 2, .feature_width = 0.7f};
 constexpr RegressionOptions kGuided{
     .radius = 9, .stride = 3, .feature_width = 0.5f, .guide_width = 0.3f, .guide_noise = 1.4f};
