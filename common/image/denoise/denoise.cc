@@ -145,19 +145,27 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
     filtered = filter(extent, features, halves, options.threads);
   }
   ErrorPlanes error = estimate_error(extent, halves_of(input), filtered, options.threads);
-  double sum = 0, sum_raw = 0;
+  // What noise is left for certain: no estimate may be below it. With up to 16 spp the halves make up for
+  // each other's errors, and what is subtracted as the noise of a half is then too much.
+  Plane noise(pixels);
+  double sum = 0, sum_noise = 0, sum_raw = 0;
   for (size_t c = 0; c < 3; ++c) {
     result.colour[c].resize(pixels);
     for (size_t i = 0; i < pixels; ++i) {
       result.colour[c][i] = 0.5f * (filtered.of[0].c[c][i] + filtered.of[1].c[c][i]);
       const double mean = result.colour[c][i], difference = input.difference[c][i];
+      const float left = 0.5f * (filtered.of[0].c[c][i] - filtered.of[1].c[c][i]);
+      noise[i] += left * left * (1.0f / 3);
+      sum_noise += double{left} * double{left} / (mean * mean + double{kRelativeFloor});
       sum_raw += difference * difference / (mean * mean + double{kRelativeFloor});
     }
   }
   for (const float e : error.relative) sum += double{e};
   result.relmse_raw = sum_raw / static_cast<double>(3 * pixels);
-  result.relmse = std::max(0.0, sum / static_cast<double>(pixels));
+  result.relmse = std::max(sum_noise / 3, sum) / static_cast<double>(pixels);
   box_mean(extent, kErrorRadius, options.threads, &error.squared);
+  box_mean(extent, kErrorRadius, options.threads, &noise);
+  for (size_t i = 0; i < pixels; ++i) error.squared[i] = std::max(error.squared[i], noise[i]);
   result.squared_error = std::move(error.squared);
   return result;
 }
