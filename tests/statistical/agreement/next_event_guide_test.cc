@@ -4,10 +4,13 @@
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/image/image.h"
 #include "tests/statistical/agreement/strategy_set.h"
 #include "tests/support/render.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/renderer.h"
 
@@ -66,6 +69,39 @@ std::vector<unsigned> sets_of_a_guide() {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, NextEventGuideSets, ::testing::ValuesIn(sets_of_a_guide()), set_name);
+
+/// With smoke in it, which is lit through the window and hides what is behind.
+TestScene half_a_smoky_room(const std::string& image) {
+  TestScene s = half_a_room(image, 10);
+  const Vec3d lo{-1.6, 0.2, -0.8}, hi{-0.3, 1.8, 0.8};
+  const auto density = [](double x, double y, double z) {
+    return 1 + std::sin(4 * x + 3 * y) * std::cos(5 * z);
+  };
+  const int smoke = add_grid_medium(&s, {0.2f, 0.3f, 0.4f}, {2, 2.5f, 3},
+                                    grid_of(field_of({8, 9, 7, lo, hi}, density)), 0.4f);
+  bounding_box(&s, lo, hi, smoke);
+  return s;
+}
+
+class GuideInMediaSets : public ::testing::TestWithParam<unsigned> {};
+
+// Hits alone draw no lights: so the guide has no say in them.
+TEST_P(GuideInMediaSets, Agree) {
+  const TemporaryFolder folder;
+  write_sky(folder.file("sky.exr"));
+  const TestScene s = half_a_smoky_room(folder.file("sky.exr"));
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 4, 3), 1);
+  ASSERT_FALSE(renderer.context().scene.lights.guide.empty());
+  expect_agrees_with_all(
+      s, GetParam(),
+      {.max_depth = 3, .weak_spp = 16384, .all_spp = 2048, .once_spp = 2048, .connections_notice = 2});
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GuideInMediaSets,
+                         ::testing::Values(kEmissionHits, kNextEvent, kLightTracing,
+                                           kEmissionHits | kNextEvent, kEmissionHits | kLightTracing,
+                                           kNextEvent | kLightTracing),
+                         set_name);
 
 // A sun without size has emission cells; what hits alone can not make is left out.
 class EmissionCellSets : public ::testing::TestWithParam<unsigned> {};

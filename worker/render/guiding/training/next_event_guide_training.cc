@@ -150,15 +150,16 @@ GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlac
 void train_next_event_guide(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width,
                             int height, int threads, RenderScene* scene) {
   LightTable& lights = scene->lights;
-  if (!(lights.any_infinite() || lights.unequal) || scene->medium_count() > 0 || scene->any_fibres ||
+  // The rays of its training do not end in media, as those to grids that shine do.
+  if (!(lights.any_infinite() || lights.unequal) || !lights.volumes.empty() || scene->any_fibres ||
       scene->any_bodies)
     return;
   const std::vector<int32_t> changed = give_images(&lights);
   const std::vector<int32_t> sky_light = make_bins(&lights);
-  const NextEventProbes rays(accel, lights, sky_light);
+  StageContext context{*scene, accel, camera, filter, {width, height, {0, 0, width, height}}};
+  const NextEventProbes rays(context, sky_light);
   const bool skies = std::any_of(sky_light.begin(), sky_light.end(), [](int32_t i) { return i >= 0; });
   if ((!rays.draws_lights() && !skies) || rays.channels() > kMostChannels) return leave_out(changed, &lights);
-  StageContext context{*scene, accel, camera, filter, {width, height, {0, 0, width, height}}};
   context.seed = kNextEventSeed;
   context.strategies = kNextEvent;
   context.max_depth = kDepth;

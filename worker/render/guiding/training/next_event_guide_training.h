@@ -14,8 +14,8 @@
 
 namespace lightmill {
 
-/// Gives scene->lights a guide. Leaves them as they are where a guide would gain little, and in media. A
-/// function of the scene and the film's resolution alone; the same for any number of `threads`.
+/// Gives scene->lights a guide. Leaves them as they are where a guide would gain little, and where media
+/// shine. A function of the scene and the film's resolution alone; the same for any number of `threads`.
 void train_next_event_guide(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width,
                             int height, int threads, RenderScene* scene);
 

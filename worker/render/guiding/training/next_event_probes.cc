@@ -1,6 +1,7 @@
 #include "worker/render/guiding/training/next_event_probes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/plan/camera_preview.h"
 
 namespace lightmill {
@@ -23,9 +25,16 @@ bool transmits(int32_t kind) {
          kind == kHair || kind == kRoughGlass;
 }
 
-LitPlace place_of(const Vertex& v, float time) {
+LitPlace place_of(const Vertex& v, float time, bool in_media) {
   const auto at = [&](int slot) { return Vec3f{v.f[slot], v.f[slot + 1], v.f[slot + 2]}; };
-  LitPlace place{at(Vertex::kP), at(Vertex::kNg), v.f[Vertex::kError], transmits(v.kind()), time};
+  LitPlace place{.p = at(Vertex::kP),
+                 .normal = at(Vertex::kNg),
+                 .error = v.f[Vertex::kError],
+                 .both_sides = transmits(v.kind()),
+                 .scatters = v.kind() == kPhaseFunction,
+                 .time = time,
+                 .media = in_media ? std::bit_cast<int32_t>(v.f[Vertex::kMedia]) : 0,
+                 .ng = at(Vertex::kNg)};
   const Vec3f wo = at(Vertex::kWo), n = place.normal;
   if (wo.x * n.x + wo.y * n.y + wo.z * n.z < 0) place.normal = {-n.x, -n.y, -n.z};
   return place;
@@ -40,7 +49,8 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
   w.slots.begin_superblock(context, cell_x, cell_y, 0, pixel_subset);
   for (int64_t s = 0; s < samples; ++s) {
     follow_camera_paths(context, s, depths, w, [&](int) {
-      for (const Vertex& v : w.vertices) places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));
+      for (const Vertex& v : w.vertices)
+        places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0, w.media != nullptr));
     });
   }
 }
@@ -75,6 +85,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 /// Rays that wait to be traced, and the trials that they are of.
 struct NextEventProbes::Rays {
   std::vector<float> ox, oy, oz, dx, dy, dz, tfar, time;
+  std::vector<int32_t> medium;  // that they start in
   std::vector<size_t> trial;
 };
 
@@ -93,19 +104,27 @@ class NextEventProbes::Caster {
   /// Casts a ray towards `w`. It brings `value` per cosine if it gets away, or to `end` unless that is null.
   void cast(size_t channel, const Vec3<float>& w, double value, float chosen = 1,
             const Vec3<float>* end = nullptr) {
-    const float cosine = dot(n_, w);
-    const double seen = value * double{place_.both_sides ? std::fabs(cosine) : std::max(cosine, 0.0f)};
+    const double seen = value * double{weight(dot(n_, w))};
     trials_.push_back({index_, static_cast<uint32_t>(channel), seen * seen, chosen});
     if (!(seen > 0)) return;
-    const Vec3<float> o = offset_origin(p_, place_.error, n_, w), d = end ? *end - o : w;
+    const Vec3<float> o = place_.scatters ? p_ : offset_origin(p_, place_.error, n_, w);
+    const Vec3<float> d = end ? *end - o : w;
     rays_.ox.push_back(o.x), rays_.oy.push_back(o.y), rays_.oz.push_back(o.z);
     rays_.dx.push_back(d.x), rays_.dy.push_back(d.y), rays_.dz.push_back(d.z);
     rays_.tfar.push_back(end ? kSegmentEnd : std::numeric_limits<float>::infinity());
     rays_.time.push_back(place_.time);
+    const float side = dot(Vec3<float>{place_.ng.x, place_.ng.y, place_.ng.z}, w);
+    rays_.medium.push_back(medium_on_side<float>(place_.media, side > 0));
     rays_.trial.push_back(trials_.size() - 1);
   }
 
  private:
+  /// What light counts by the cosine of its direction: in a medium as much as on both sides of a surface.
+  float weight(float cosine) const {
+    if (place_.scatters) return 0.5f;
+    return place_.both_sides ? std::fabs(cosine) : std::max(cosine, 0.0f);
+  }
+
   const uint32_t index_;
   const LitPlace& place_;
   const Vec3<float> p_, n_;
@@ -113,9 +132,9 @@ class NextEventProbes::Caster {
   Rays& rays_;
 };
 
-NextEventProbes::NextEventProbes(const Accel& accel, const LightTable& lights,
-                                 const std::vector<int32_t>& sky_light)
-    : accel_(accel), lights_(lights), light_count_(static_cast<size_t>(lights.count())) {
+NextEventProbes::NextEventProbes(const StageContext& context, const std::vector<int32_t>& sky_light)
+    : context_(context), lights_(context.lights), light_count_(static_cast<size_t>(lights_.count())) {
+  const LightTable& lights = lights_;
   channels_.resize(light_count_);
   for (size_t k = 0; k < lights.environments.size(); ++k) {
     first_bin_.push_back(channels_.size());
@@ -176,6 +195,45 @@ double NextEventProbes::unguided_square(const std::vector<NextEventProbe>& trial
   return sum / static_cast<double>(places * kLightRays);
 }
 
+void NextEventProbes::trace(const Rays& rays, std::vector<NextEventProbe>* trials) const {
+  std::vector<uint8_t> occluded(rays.trial.size()), through_panes(rays.trial.size());
+  context_.accel.occluded({rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(),
+                           rays.dz.data(), rays.time.data()},
+                          rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data(),
+                          through_panes.data());
+  for (size_t r = 0; r < rays.trial.size(); ++r) {
+    if (occluded[r]) (*trials)[rays.trial[r]].square = 0;
+  }
+}
+
+void NextEventProbes::trace_through_media(const Rays& rays, Wavefront* w,
+                                          std::vector<NextEventProbe>* trials) const {
+  ShadowRays& q = w->shadow;
+  constexpr size_t kMost = ShadowRays::kCapacity;
+  for (size_t from = 0; from < rays.trial.size(); from += kMost) {
+    const size_t count = std::min(rays.trial.size() - from, kMost);
+    const auto take = [&](const auto& all, auto* to) {
+      std::copy_n(all.begin() + static_cast<ptrdiff_t>(from), count, to);
+    };
+    take(rays.ox, q.ox), take(rays.oy, q.oy), take(rays.oz, q.oz);
+    take(rays.dx, q.dx), take(rays.dy, q.dy), take(rays.dz, q.dz);
+    take(rays.tfar, q.tfar), take(rays.time, q.time), take(rays.medium, w->media->shadow_medium);
+    for (size_t i = 0; i < count; ++i) {
+      q.r[i] = q.g[i] = q.b[i] = 1;
+      w->media->shadow_ratio[i] = 0;
+      w->media->shadow_volume[i] = 0;
+      w->media->shadow_seed[i] = static_cast<int32_t>(hash32(static_cast<uint32_t>(rays.trial[from + i])));
+    }
+    q.count = static_cast<int>(count);
+    trace_transmittance(context_, kShadowRays, *w);
+    for (size_t i = 0; i < count; ++i) {
+      const double passed = q.occluded[i] ? 0 : (double{q.r[i]} + q.g[i] + q.b[i]) / 3;
+      (*trials)[rays.trial[from + i]].square *= passed * passed;
+    }
+    q.count = 0;
+  }
+}
+
 std::vector<NextEventProbe> NextEventProbes::run(const std::vector<LitPlace>& places, uint64_t seed,
                                                  int threads) const {
   constexpr size_t kChunk = 1024;
@@ -185,13 +243,12 @@ std::vector<NextEventProbe> NextEventProbes::run(const std::vector<LitPlace>& pl
     Rays rays;
     for (size_t k = i * kChunk; k < std::min((i + 1) * kChunk, places.size()); ++k)
       preview_around(seed, static_cast<uint32_t>(k), places[k], &found[i], &rays);
-    std::vector<uint8_t> occluded(rays.trial.size()), through_panes(rays.trial.size());
-    accel_.occluded({rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(),
-                     rays.dz.data(), rays.time.data()},
-                    rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data(),
-                    through_panes.data());
-    for (size_t r = 0; r < rays.trial.size(); ++r) {
-      if (occluded[r]) found[i][rays.trial[r]].square = 0;
+    if (context_.scene.medium_count() > 0) {
+      const auto wavefront = std::make_unique<Wavefront>();
+      prepare(context_, wavefront.get());
+      trace_through_media(rays, wavefront.get(), &found[i]);
+    } else {
+      trace(rays, &found[i]);
     }
   });
   std::vector<NextEventProbe> trials;

@@ -7,15 +7,19 @@
 #include "common/scene/description.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {
 
-/// A place where a camera path met a surface.
+/// A place where a camera path met a surface, or collided in a medium.
 struct LitPlace {
   Vec3f p, normal;  // on the side that the path came from
   float error = 0;
   bool both_sides = false;  // light from behind counts
+  bool scatters = false;    // in a medium: light counts from wherever it comes
   float time = 0;           // of the path
+  int32_t media = 0;        // on the sides of `ng` (medium.h); 0 without media
+  Vec3f ng;                 // the surface's own
 };
 
 /// The vertices up to `depth` of about `paths` camera paths, all over the film.
@@ -26,15 +30,16 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 struct NextEventProbe {
   uint32_t place = 0, channel = 0;
   double square = 0;  // of what float holds
-  float chosen = 1;  // of a light: probability of drawing it as without a guide
+  float chosen = 1;   // of a light: probability of drawing it as without a guide
 };
 
 /// Casts the rays. They are sorted by channels: the lights, then the bins of the environments in their order.
+/// What media take away of them is estimated as connections are, noise included.
 class NextEventProbes {
  public:
   /// `sky_light`: per environment map, the light that has it, or -1 if its bins are no channels. The
-  /// arguments must outlive this object. `lights` has bins, but no guide yet.
-  NextEventProbes(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light);
+  /// arguments must outlive this object. The context's lights have bins, but no guide yet.
+  NextEventProbes(const StageContext& context, const std::vector<int32_t>& sky_light);
 
   size_t channels() const { return channels_.size(); }
   /// Whether draws of lights are among the trials: there must be several lights or a distant one, and not too
@@ -63,8 +68,10 @@ class NextEventProbes {
   bool has_bins(size_t light) const;
   void preview_around(uint64_t seed, uint32_t index, const LitPlace& place,
                       std::vector<NextEventProbe>* trials, Rays* rays) const;
+  void trace(const Rays& rays, std::vector<NextEventProbe>* trials) const;
+  void trace_through_media(const Rays& rays, Wavefront* w, std::vector<NextEventProbe>* trials) const;
 
-  const Accel& accel_;
+  const StageContext& context_;
   const LightTable& lights_;
   const size_t light_count_;
   std::vector<Channel> channels_;

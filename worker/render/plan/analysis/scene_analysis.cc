@@ -170,7 +170,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
   item("next-event guide", !guide.empty(),
        !guide.empty()
            ? "much of the lights is hidden: without it samples of them have " + gain + " % more mean square"
-       : guide.gain == 1 ? "there is nothing to choose, or what is between can't be looked through at once"
+       : guide.gain == 1 ? "there is nothing to choose, or there are fibres, bodies or media that shine"
                          : "it would save " + gain + " % of the mean square of samples of lights",
        "a look-up per light sample and per light that a path meets");
   item("emission cells", !scene.lights.emission_cells.empty(),
