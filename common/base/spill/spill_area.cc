@@ -85,6 +85,11 @@ void* SpillArea::grow_file(int file, void* at, size_t old_bytes, size_t bytes) {
   return to;
 }
 
+void SpillArea::expect_random_reads() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [at, bytes] : mapped_) madvise(at, bytes, MADV_RANDOM);
+}
+
 void SpillArea::drop_file(int file, void* at, size_t bytes) {
   {
     const std::lock_guard lock(mutex_);

@@ -32,6 +32,8 @@ class SpillArea {
   /// Makes a file of `old_bytes` that is mapped at `at` (null: not yet) larger. Returns where it is mapped
   /// now. Throws Error(kFailed) if the disk has no room; then all is as before.
   void* grow_file(int file, void* at, size_t old_bytes, size_t bytes);
+  /// What is in files is read here and there from now on, so the system need not read more than is asked for.
+  void expect_random_reads();
   /// Ends the mapping and closes the file.
   void drop_file(int file, void* at, size_t bytes);
 

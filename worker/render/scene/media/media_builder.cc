@@ -121,6 +121,7 @@ void MediaBuilder::write(int threads, RenderScene* scene) {
       record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, ways_[i], record, collides, threads, scene));
     m.grid.reset();  // large
   }
+  if (area_) area_->expect_random_reads();
   scene->camera_medium = number(in_.camera.medium);
 }
 
