@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <regex>
 
 #include "client/plan_file.h"
 #include "client/terminal/terminal.h"
@@ -207,9 +208,10 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                        "a whole number from 0", "Seed of the random numbers");
   verb->add_option("--resolution", scene->resolution, "Image size in pixels: WxH");
   verb->add_option("--crop", scene->crop, "Crop window in [0,1]: x0,x1,y0,y1");
-  verb->add_option(
-      "--aov", render.aovs,
-      "Also record, as layers of the .exr: a list of " + aov_names(kAllAovs) + ", denoise, or all");
+  // Spaces, so that manual pages can break the line.
+  const std::string aovs = std::regex_replace(aov_names(kAllAovs), std::regex(","), ", ");
+  verb->add_option("--aov", render.aovs,
+                   "Also record, as layers of the .exr: a list of " + aovs + ", denoise, or all");
   verb->add_option(
       "--plan", scene->plan,
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");

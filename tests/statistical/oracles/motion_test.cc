@@ -121,8 +121,8 @@ TestScene room_of_moving_fire() {
   fire->emission = field_of({17, 11, 13, {-1, -1, -1}, {1, 1, 1}},
                             [](double x, double y, double) { return x > 0.3 ? 8 : 2 + y; });
   const Transform start = translation({-0.35, -0.35, 0.1}) * scaling({0.35, 0.35, 0.35}),
-                  end =
-                      translation({0.3, 0.3, 0.2}) * rotation(110, {0.2, 1, 0.4}) * scaling({0.45, 0.45, 0.45});
+                  end = translation({0.3, 0.3, 0.2}) * rotation(110, {0.2, 1, 0.4}) *
+                        scaling({0.45, 0.45, 0.45});
   fire->medium_to_world = start;
   fire->moves_to = ends_at(&s, end);
   const int burning = add_grid_medium(&s, {2, 3, 1}, {1, 1, 3}, fire, 0.3f, {4, 2, 1});
