@@ -274,6 +274,12 @@ void add_output(CLI::App* verb, OutputOptions* output) {
       ->capture_default_str();
 }
 
+void add_denoise_flag(CLI::App* verb, OutputOptions* output) {
+  verb->add_flag(
+      "--denoise", output->denoise,
+      "Take the noise out of the image that is written; an .exr keeps the raw one as the layer raw");
+}
+
 void add_display(CLI::App* verb, std::string* display) {
   verb->add_option("--display", *display, "Show the picture as it grows in the viewer tev at HOST:PORT");
 }

@@ -63,8 +63,11 @@ struct OutputOptions {
   bool half = false;
   std::string view = "srgb";
   double exposure = 0;
+  bool denoise = false;
 };
 void add_output(CLI::App* verb, OutputOptions* output);
+/// --denoise, of verbs that write what was rendered.
+void add_denoise_flag(CLI::App* verb, OutputOptions* output);
 
 /// --display: see live_view.h.
 void add_display(CLI::App* verb, std::string* display);

@@ -35,6 +35,8 @@ void check_output(const OutputOptions& options, Aovs aovs) {
   if (options.half && !is_exr(path)) {
     throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + path);
   }
+  // What denoising goes by need not be kept.
+  if (options.denoise) aovs &= ~kAovsToDenoise;
   if (aovs && !is_exr(path)) {
     throw Error(ErrorKind::kUsage, "--aov: only .exr files hold layers, not " + path);
   }

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli.h"
 #include "client/connection/farm_client.h"
@@ -63,23 +64,27 @@ int fetch(const FetchOptions& options) {
     throw Error(ErrorKind::kUsage,
                 "--preview without -o draws on a terminal, which the output is not; name a file");
   }
+  if (options.preview && options.output.denoise)
+    throw Error(ErrorKind::kUsage, "--denoise: not with --preview, which has no layers");
   const int max_side = options.preview ? kPreviewSide : 0;
   if (!to_terminal) check_output(options.output);
   FarmClient farm(options.connection);
   const JobId id{options.job};
   FetchedImage fetched;
+  std::optional<DenoiseFigures> denoised;
   if (to_terminal) {
     fetched = farm.fetch(id, false, terminal_columns(stdout));
     std::fputs(terminal_picture(fetched.image, view_of(options.output)).c_str(), stdout);
   } else {
-    fetched = fetch_to_file(farm, id, options.output, options.common.quiet, max_side);
+    fetched = fetch_to_file(farm, id, options.output, options.common.quiet, max_side, &denoised);
   }
   if (!options.common.json) return 0;
-  const nlohmann::json document = {{"output", options.output.path},
-                                   {"width", fetched.image.width},
-                                   {"height", fetched.image.height},
-                                   {"aov_channels", fetched.aovs.channels},
-                                   {"metadata", fetched.metadata}};
+  nlohmann::json document = {{"output", options.output.path},
+                             {"width", fetched.image.width},
+                             {"height", fetched.image.height},
+                             {"aov_channels", fetched.aovs.channels},
+                             {"metadata", fetched.metadata}};
+  if (denoised) document["denoised"] = denoise_to_json(*denoised);
   std::printf("%s\n", dump(document).c_str());
   return 0;
 }
@@ -94,6 +99,7 @@ void add_fetch(CLI::App& app, Action& action) {
   add_json(verb, &options->common);
   add_connection(verb, &options->connection);
   add_output(verb, &options->output);
+  add_denoise_flag(verb, &options->output);
   verb->add_flag("--preview", options->preview,
                  "A small image, at most 512 pixels a side; without -o it is drawn on the terminal");
   verb->add_option("--frames", options->frames, "Of a sequence only these: A-B[xSTEP][,...]");

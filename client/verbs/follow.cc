@@ -91,10 +91,14 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
 }
 
 FetchedImage fetch_to_file(FarmClient& farm, const JobId& id, const OutputOptions& output, bool quiet,
-                           int max_side) {
-  FetchedImage fetched = farm.fetch(id, is_exr(output.path) && max_side == 0, max_side, is_png(output.path));
-  write_image(fetched.image, output.path, {output.half, fetched.metadata, &fetched.aovs, view_of(output)});
+                           int max_side, std::optional<DenoiseFigures>* denoised) {
+  const bool layers = (is_exr(output.path) || output.denoise) && max_side == 0;
+  FetchedImage fetched = farm.fetch(id, layers, max_side, is_png(output.path) && !output.denoise);
+  const std::optional<DenoiseFigures> figures =
+      write_picture(output, fetched.image, fetched.aovs, fetched.metadata, id.value, 0, quiet);
+  if (figures && !quiet) std::fprintf(stderr, "denoised: %s\n", denoise_line(*figures).c_str());
   if (!quiet) std::fprintf(stderr, "wrote %s\n", output.path.c_str());
+  if (denoised) *denoised = figures;
   return fetched;
 }
 

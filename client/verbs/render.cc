@@ -18,6 +18,7 @@
 #include "client/terminal/progress.h"
 #include "client/verbs/diagnose.h"
 #include "client/verbs/sequences.h"
+#include "client/write_picture.h"
 #include "common/base/error.h"
 #include "common/error/report/report.h"
 #include "common/image/image_library.h"
@@ -63,6 +64,7 @@ Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_o
   SceneDescription scene = load_scene_for(scene_options, quiet);
   JobRequest request;
   RenderOptions render_options = scene_options.render;
+  render_options.denoise = output.denoise;
   forget_film_layers(output, &render_options);
   request.settings = resolve_settings(scene, render_options);
   const std::string path = output_path(output, scene, request.settings.aovs);
@@ -95,8 +97,10 @@ Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_o
       options.display);
   progress.finish(result.status);
 
-  write_image(result.image, path,
-              {output.half, image_metadata(result.status), &result.aovs, view_of(output)});
+  OutputOptions named = output;
+  named.path = path;
+  const std::optional<DenoiseFigures> denoised = write_picture(
+      named, result.image, result.aovs, image_metadata(result.status), request.name, threads, quiet);
   if (!options.report.empty()) {
     write_report(options.report, report_info(result.status, result.pilot), result.curve, result.image);
   }
@@ -108,8 +112,12 @@ Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_o
   }
   Rendered rendered{job_to_json(result.status), result.interrupted, ""};
   rendered.document["output"] = path;
+  if (denoised) rendered.document["denoised"] = denoise_to_json(*denoised);
   rendered.document["pilot"] = pilot_document(result.pilot);
-  if (!options.common.json && !quiet) std::fprintf(stderr, "wrote %s\n", path.c_str());
+  if (!options.common.json && !quiet) {
+    if (denoised) std::fprintf(stderr, "denoised: %s\n", denoise_line(*denoised).c_str());
+    std::fprintf(stderr, "wrote %s\n", path.c_str());
+  }
   print_dropped(result.status, quiet);
   if (result.interrupted) {
     char spp[32];
@@ -209,6 +217,7 @@ void add_render(CLI::App& app, Action& action) {
   add_render_options(verb, &options->scene);
   add_frames(verb, &options->frames);
   add_output(verb, &options->output);
+  add_denoise_flag(verb, &options->output);
   verb->add_option("--threads", options->threads, "Render threads; 0: all processors")
       ->check(CLI::Range(0, 4096).description("0 to 4096"))
       ->capture_default_str();

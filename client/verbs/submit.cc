@@ -104,6 +104,7 @@ int submit_sequence(const SubmitOptions& options) {
 
 int submit(SubmitOptions& options) {
   finish_scene_options(&options.scene);
+  options.scene.render.denoise = options.output.denoise;
   const bool quiet = options.common.quiet;
   if (!options.output.path.empty()) {
     if (!options.wait)
@@ -155,6 +156,7 @@ void add_submit(CLI::App& app, Action& action) {
   add_render_options(verb, &options->scene);
   add_frames(verb, &options->frames);
   add_output(verb, &options->output);
+  add_denoise_flag(verb, &options->output);
   verb->add_option("--name", options->name, "What listings call the job (default: the scene file's name)");
   verb->add_option("--priority", options->priority, "Higher first; equal ones share the workers")
       ->capture_default_str();

@@ -103,6 +103,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   if (options.overrides) s.overrides = features_named(*options.overrides);
   s.uniform_sampling = options.uniform_sampling;
   s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
+  if (options.denoise) s.aovs |= kAovsToDenoise;
   // AOVs are means over samples that all count the same.
   if (s.aovs) s.uniform_sampling = true;
   if (s.plan && s.uniform_sampling) s.plan->allocation = {};

@@ -29,6 +29,7 @@ struct RenderOptions {
   bool uniform_sampling = false;         // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h
   std::optional<std::string> aovs;       // names, see aovs.h
+  bool denoise = false;                  // also records what denoising goes by
 };
 
 /// Combines the scene's own settings with the options. Strategies that the scene does not allow

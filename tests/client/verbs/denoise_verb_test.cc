@@ -29,6 +29,23 @@ TEST_F(DenoiseVerb, TakesWhatARenderRecords) {
   EXPECT_EQ(run({"denoise", "clean.exr", "-o", "again.png", "--view", "filmic", "--quiet"}).code, 0);
 }
 
+// The layers need no asking for, and the file need not be able to hold them.
+TEST_F(DenoiseVerb, ARenderDenoisesAsTheVerbDoes) {
+  const std::string scene = write("box.pbrt", testing::kBox);
+  ASSERT_EQ(run({"render", scene, "--spp", "4", "--aov", "denoise", "-o", "noisy.exr", "--quiet"}).code, 0);
+  ASSERT_EQ(run({"denoise", "noisy.exr", "-o", "two.pfm", "--quiet"}).code, 0);
+  const testing::Outcome outcome =
+      run({"render", scene, "--spp", "4", "--denoise", "-o", "one.pfm", "--json", "--quiet"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("\"denoised\": {"));
+  EXPECT_EQ(read_image("one.pfm").data, read_image("two.pfm").data);
+  ASSERT_EQ(run({"render", scene, "--spp", "4", "--denoise", "-o", "one.exr", "--quiet"}).code, 0);
+  EXPECT_EQ(read_image("one.exr").data, read_image("two.pfm").data);
+  EXPECT_THAT(read_channels("one.exr", 1000000).channels, Contains("raw.R"));
+  EXPECT_NE(read_image_metadata("one.exr", "denoised_relmse"), "");
+  EXPECT_NE(read_image_metadata("one.exr", "spp"), "");
+}
+
 TEST_F(DenoiseVerb, WarnsOfLayersThatLack) {
   write_image(Image(8, 4), "plain.exr");
   const testing::Outcome outcome = run({"denoise", "plain.exr", "-o", "clean.exr"});

@@ -1,0 +1,98 @@
+#include "client/write_picture.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/output.h"
+#include "common/base/error.h"
+#include "common/image/denoise/denoise.h"
+#include "common/image/denoise/layers.h"
+
+namespace lightmill::client {
+namespace {
+
+/// What there is no warning of is as it should be.
+void warn_of_missing(const DenoiseLayers& layers, const std::string& name) {
+  std::string missing;
+  const auto add = [&](bool there, const char* layer) {
+    if (!there) missing += (missing.empty() ? "" : ", ") + std::string(layer);
+  };
+  add(layers.has_albedo, "albedo");
+  add(layers.has_normal, "normal");
+  add(layers.has_depth, "depth");
+  if (!missing.empty())
+    print_warning(name + ": it has no layer " + missing + ": edges and textures may blur");
+  if (!layers.has_difference) {
+    print_warning(name +
+                  ": it has no layer difference, so its noise is guessed from the picture; render with --aov "
+                  "denoise to have it measured");
+  }
+}
+
+/// Colour and layers as a file has them.
+ChannelImage as_channels(const Image& image, const ChannelImage& layers) {
+  const auto beside = static_cast<size_t>(layers.image.data.empty() ? 0 : layers.image.channels);
+  ChannelImage all{Image(image.width, image.height, 3 + static_cast<int>(beside)), {"R", "G", "B"}};
+  all.channels.insert(all.channels.end(), layers.channels.begin(), layers.channels.end());
+  float* to = all.image.data.data();
+  for (size_t i = 0; i < image.data.size() / 3; ++i) {
+    to = std::copy_n(&image.data[3 * i], 3, to);
+    if (beside > 0) to = std::copy_n(&layers.image.data[beside * i], beside, to);
+  }
+  return all;
+}
+
+}  // namespace
+
+nlohmann::json denoise_to_json(const DenoiseFigures& figures) {
+  return {{"difference", figures.difference}, {"relmse_raw", figures.relmse_raw}, {"relmse", figures.relmse}};
+}
+
+std::string denoise_line(const DenoiseFigures& figures) {
+  char text[96];
+  std::snprintf(text, sizeof text, "estimated relMSE %.3g, before %.3g", figures.relmse, figures.relmse_raw);
+  return text;
+}
+
+DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, int threads, bool quiet) {
+  if (int64_t{file.image.width} * file.image.height > kMaxDenoisePixels) {
+    throw Error(ErrorKind::kUsage, name + ": it has " + std::to_string(file.image.width) + "x" +
+                                       std::to_string(file.image.height) + " pixels, and at most " +
+                                       std::to_string(kMaxDenoisePixels) + " can be denoised");
+  }
+  DenoiseLayers layers = find_denoise_layers(file, name);
+  if (!quiet) warn_of_missing(layers, name);
+  const DenoiseResult result = denoise_picture(std::move(layers.input), {threads});
+  DenoisedPicture picture{Image(file.image.width, file.image.height),
+                          denoised_layers(file, layers, result),
+                          {layers.has_difference, result.relmse_raw, result.relmse}};
+  for (size_t i = 0; i < picture.image.data.size(); ++i) picture.image.data[i] = result.colour[i % 3][i / 3];
+  return picture;
+}
+
+void write_denoised(const OutputOptions& output, const DenoisedPicture& picture,
+                    std::map<std::string, std::string> metadata) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", picture.figures.relmse);
+  metadata["denoised_relmse"] = text;
+  write_image(
+      picture.image, output.path,
+      {output.half, std::move(metadata), is_exr(output.path) ? &picture.layers : nullptr, view_of(output)});
+}
+
+std::optional<DenoiseFigures> write_picture(const OutputOptions& output, const Image& image,
+                                            const ChannelImage& layers,
+                                            std::map<std::string, std::string> metadata,
+                                            const std::string& name, int threads, bool quiet) {
+  if (!output.denoise) {
+    write_image(image, output.path,
+                {output.half, std::move(metadata), is_exr(output.path) ? &layers : nullptr, view_of(output)});
+    return std::nullopt;
+  }
+  const DenoisedPicture clean = denoise_channels(as_channels(image, layers), name, threads, quiet);
+  write_denoised(output, clean, std::move(metadata));
+  return clean.figures;
+}
+
+}  // namespace lightmill::client
