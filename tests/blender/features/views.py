@@ -1,5 +1,6 @@
 """Cameras, film and motion blur."""
 from stage import feature, look_at, radians
+from volumes import cloud_of_noise
 
 import bpy
 
@@ -241,6 +242,12 @@ def blur_rotation(s):
 def blur_scale(s):
     moving(s)
     keyed(s, s.monkey, "scale", (0.5, 1, 1), (1.5, 1, 1))
+
+
+@feature
+def blur_volume(s):
+    moving(s)
+    keyed(s, cloud_of_noise(), "location", (-0.8, 0, 1.52), (0.8, 0, 1.52))
 
 
 @feature

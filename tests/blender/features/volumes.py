@@ -126,10 +126,8 @@ def vol_nested(s):
     filled(sphere((0.6, -0.8, 1.5), 0.5), ("VolumeAbsorption", dict(Color=(0.1, 0.7, 0.2, 1), Density=2)))
 
 
-@feature
-def vol_noise(s):
-    """A cloud: density by a noise in object coordinates."""
-    s.lit()
+def cloud_of_noise():
+    """Density by a noise in object coordinates."""
     cloud = box()
     scatter = filled(cloud, ("VolumeScatter", {}))
     nodes = tree(cloud)
@@ -140,6 +138,13 @@ def vol_noise(s):
     ramp.inputs["To Max"].default_value = 3
     link(nodes, noise.outputs["Fac"], ramp, "Value")
     link(nodes, ramp, scatter, "Density")
+    return cloud
+
+
+@feature
+def vol_noise(s):
+    s.lit()
+    cloud_of_noise()
 
 
 @feature

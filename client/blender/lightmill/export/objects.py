@@ -126,7 +126,7 @@ class Objects:
         if self.clip is not None and thing.type == "MESH" and len(way) == 1 and "camera" not in hidden:
             matrix = numpy.array(way[0]).reshape(4, 4).T
             if self.clip.touches(thing, matrix):
-                geometry = self._shapes(instance, thing, hidden, matrix)
+                geometry = self._shapes(instance, thing, way, hidden, matrix)
                 self._note_volume(geometry, thing, way)
                 self._place_once(geometry, way, hidden)
                 return
@@ -140,13 +140,13 @@ class Objects:
                    holds_out(thing, self.export.view_layer))
             geometry = self.geometry.get(key)
             if geometry is None:
-                geometry = self.geometry[key] = self._shapes(instance, thing, hidden)
+                geometry = self.geometry[key] = self._shapes(instance, thing, way, hidden)
             self._recent[recent] = geometry
         self._note_volume(geometry, thing, way)
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
-                self._place_once(self._shapes(instance, thing, hidden), way, hidden)
+                self._place_once(self._shapes(instance, thing, way, hidden), way, hidden)
                 return
             self.export.report.warn("materials of objects", thing.name, "has a material that depends on the object, as "
                                     f"{MOST_OWN} others do; further ones look as the first of them")
@@ -160,9 +160,9 @@ class Objects:
             if self.eye is not None and is_inside(thing, way[0], self.eye):
                 self.around_camera = volume
 
-    def _shapes(self, instance, thing, hidden, cut=None):
-        """The shapes of a thing, with the materials that it has here. `hidden`: kinds of rays that do not see it, here;
-        `cut`: its matrix, if the camera's clip planes cut it."""
+    def _shapes(self, instance, thing, way, hidden, cut=None):
+        """The shapes of a thing, with the materials that it has here. `way`: see Motion. `hidden`: kinds of rays that do not
+        see it, here; `cut`: its matrix, if the camera's clip planes cut it."""
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
@@ -170,6 +170,7 @@ class Objects:
         uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name) if is_mesh else ((), "")
         place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute,
                                            particle=particle_of(instance, self.export.scene))
+        place.moving = moving(way) if len(way) > 1 else ""
 
         def shading(slot, at):
             material = materials[min(slot, len(materials) - 1)]

@@ -69,9 +69,8 @@ def volume_lines(object, way, hidden, export):
     except (OSError, RuntimeError) as error:
         export.report.warn("volume file", name, f"{grids.frame_filepath or 'its grids'}: {error}")
         return []
-    if len(way) > 1:
-        export.report.warn("moving volume", name, "is a volume that moves; it stands as at the shutter's opening")
     place = export.nodes.Place.of(object)
+    place.moving = moving(way) if len(way) > 1 else ""
     medium = export.nodes.volume(slot, export.context, place, grid=export.nodes.Grid(file, tuple(g.name for g in grids)))
     if not medium:
         return []
@@ -82,7 +81,7 @@ def volume_lines(object, way, hidden, export):
     corners = [(x, y, z) for z in (low[2], high[2]) for x, y in ((low[0], low[1]), (high[0], low[1]),
                                                                  (high[0], high[1]), (low[0], high[1]))]
     points = " ".join("%.9g %.9g %.9g" % c for c in corners)
-    return ["AttributeBegin\n", moving(way[:1]), 'Material "interface"\n',
+    return ["AttributeBegin\n", moving(way), 'Material "interface"\n',
             f"MediumInterface {quoted(medium.name)} {quoted(export.outside)}\n",
             f'Shape "trianglemesh" "point3 P" [{points}] "integer indices" [{FACES}]{hidden_parameter(hidden)}\n',
             "AttributeEnd\n"]

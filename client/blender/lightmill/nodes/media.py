@@ -281,7 +281,8 @@ def _grid_body(place: Place, scatter: Any, absorb: Any, shine: Any, g: str) -> s
 
 
 def _placed(place: Place, body: str) -> Medium:
-    """A medium in the object's coordinates."""
+    """A medium in the object's coordinates, which moves with it."""
     columns = " ".join(number_text(place.matrix_world[row][column]) for column in range(4) for row in range(4))
-    name = f"v_{digest(body + columns)[:32]}"
-    return Medium(name, (f'AttributeBegin\nTransform [{columns}]\nMakeNamedMedium "{name}" {body}\nAttributeEnd',))
+    placed = place.moving or f"Transform [{columns}]\n"
+    name = f"v_{digest(body + placed)[:32]}"
+    return Medium(name, (f'AttributeBegin\n{placed}MakeNamedMedium "{name}" {body}\nAttributeEnd',))

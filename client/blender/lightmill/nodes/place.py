@@ -59,6 +59,7 @@ class Place:
     pass_index: int = 0
     random: float = 0.0
     is_strand: bool = False
+    moving: str = ""  # directives that place it while it moves; empty: it stands at matrix_world
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None  # of a mesh, in the object's coordinates
     particle: dict[str, Any] = field(default_factory=dict)  # by the outputs of Particle Info
 

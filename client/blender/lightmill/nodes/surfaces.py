@@ -49,7 +49,7 @@ def place_key(place: Place, uses: frozenset[str], context: Context) -> Any:
     if "mesh" in uses:
         key.append((place.uv_maps, place.attribute))
     if uses & {"object", "generated", "instance"}:
-        key.append(tuple(x for row in place.matrix_world for x in row))
+        key.append((place.moving, *(x for row in place.matrix_world for x in row)))
     if "generated" in uses:
         key.append(tuple(x for row in place.generated for x in row))
     if "instance" in uses:
