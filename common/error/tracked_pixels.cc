@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/split_mix.h"
 #include "common/film/signed_sum.h"
 
 namespace lightmill {
@@ -25,14 +26,6 @@ double to_double(Units units) {
 /// Adds `sum`, in units of `unit`, to the three values from `rgb` on.
 void add_sum(const ExactRgb& sum, double unit, float* rgb) {
   for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
-}
-
-/// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
-uint64_t mix(uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
 }
 
 /// Sums over the whole squares of `side` x `side` entries of an image of `columns` entries a row.
@@ -79,8 +72,8 @@ TrackedPixels::TrackedPixels(const FilmGrid& grid) : grid_(grid), interleave_(gr
   chosen_.resize(index(strata));
   for (int64_t i = 0; i < strata; ++i) {
     const int64_t begin = i * boxes / strata, end = (i + 1) * boxes / strata;
-    chosen_[index(i)] =
-        begin + static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
+    chosen_[index(i)] = begin + static_cast<int64_t>(split_mix(static_cast<uint64_t>(i)) %
+                                                     static_cast<uint64_t>(end - begin));
   }
   const PixelRect& crop = grid.crop;
   for (int64_t at = 0; at < count_; ++at) {

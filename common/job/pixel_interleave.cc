@@ -2,19 +2,18 @@
 
 #include <algorithm>
 
+#include "common/base/split_mix.h"
+
 namespace lightmill {
 namespace {
 
-/// Shifts of the patch that begins at (x, y): two numbers of 16 bits (the finalizer of SplitMix64).
+/// Shifts of the patch that begins at (x, y): two numbers of 16 bits.
 struct Shift {
   uint32_t x, y;
 };
 Shift shift_of_patch(int x, int y) {
-  uint64_t h = (static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 | static_cast<uint32_t>(y)) +
-               0x9e3779b97f4a7c15u;
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
-  h ^= h >> 31;
+  const uint64_t h =
+      split_mix(static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 | static_cast<uint32_t>(y));
   return {static_cast<uint32_t>(h & 0xffff), static_cast<uint32_t>(h >> 16 & 0xffff)};
 }
 

@@ -5,23 +5,17 @@
 #include <cstdint>
 #include <numbers>
 
+#include "common/base/split_mix.h"
+
 namespace lightmill::denoise {
 
 namespace {
 
 constexpr int kNoiseRadius = 3;
 
-/// Hash of 64 bits (the finaliser of SplitMix64: Steele et al., 2014).
-uint64_t mixed(uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ x >> 27) * 0x94d049bb133111ebu;
-  return x ^ x >> 31;
-}
-
 /// A standard normal number of a pixel (Box and Muller).
 float normal_number(uint64_t pixel, unsigned stream) {
-  const uint64_t bits = mixed(pixel * 4 + stream);
+  const uint64_t bits = split_mix(pixel * 4 + stream);
   const double u = (static_cast<double>(bits >> 32) + 0.5) * 0x1p-32;
   const double v = static_cast<double>(bits & 0xffffffffu) * 0x1p-32;
   return static_cast<float>(std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v));
