@@ -134,12 +134,11 @@ class NextEventProbes::Caster {
 
 NextEventProbes::NextEventProbes(const StageContext& context, const std::vector<int32_t>& sky_light)
     : context_(context), lights_(context.lights), light_count_(static_cast<size_t>(lights_.count())) {
-  const LightTable& lights = lights_;
   channels_.resize(light_count_);
-  for (size_t k = 0; k < lights.environments.size(); ++k) {
+  for (size_t k = 0; k < lights_.environments.size(); ++k) {
     first_bin_.push_back(channels_.size());
     if (sky_light[k] < 0) continue;
-    const EnvironmentMap& map = lights.environments[k];
+    const EnvironmentMap& map = lights_.environments[k];
     const double texel = 4 * M_PI / (static_cast<double>(map.side) * map.side);  // steradians
     for (int32_t b = 0; b < map.bins.count(); ++b) {
       const double light = map.bins.weight[static_cast<size_t>(b)] * texel;
