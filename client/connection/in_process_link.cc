@@ -41,6 +41,11 @@ void InProcessLink::warn(const LeaseKey& key, const std::vector<std::string>& mi
   farm_.warn(worker_, key, missing_light);
 }
 
+void InProcessLink::show(const LeaseKey& key, const Image& picture) {
+  throw_if_cancelled();
+  farm_.show(worker_, key, picture);
+}
+
 void InProcessLink::drain() { farm_.drain(worker_); }
 
 Bundle InProcessLink::bundle(const std::string& digest) { return farm_.bundle(digest); }

@@ -114,7 +114,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
       }
       const int64_t tiles = result.status.tiles_committed;
       result.status = farm.wait(job, result.status.version, kPollSeconds);
-      if (view && result.status.tiles_committed > tiles) view->changed();
+      if (view && (result.status.tiles_committed > tiles || tiles == 0)) view->changed();
     }
     if (result.interrupted) runner.finish_tiles();
     runner.stop();

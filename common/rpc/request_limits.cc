@@ -55,6 +55,7 @@ const std::map<std::string_view, RequestLimit>& limits() {
                                                             {"CommitRequest", kChunk},
                                                             {"FailRequest", kLines},
                                                             {"WarnRequest", kLines},
+                                                            {"ShowPictureRequest", kPiece},
                                                             {"DrainRequest", kPlain},
                                                             {"GetBundleRequest", kPlain},
                                                             {"FetchBlobsRequest", kLeases},

@@ -87,6 +87,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/lightmill.v1.WorkerService/Commit", kWork},
       {"/lightmill.v1.WorkerService/Fail", kWork},
       {"/lightmill.v1.WorkerService/Warn", kWork},
+      {"/lightmill.v1.WorkerService/ShowPicture", kWork},
       {"/lightmill.v1.WorkerService/Drain", kWork},
       {"/lightmill.v1.WorkerService/GetBundle", kWork},
       {"/lightmill.v1.WorkerService/FetchBlobs", kWork},

@@ -162,6 +162,9 @@ void Farm::warn(const WorkerId& worker, const LeaseKey& lease,
                 const std::vector<std::string>& missing_light) {
   impl_->workers.warn(worker, lease, missing_light);
 }
+void Farm::show(const WorkerId& worker, const LeaseKey& lease, Image picture) {
+  impl_->workers.show(worker, lease, std::move(picture));
+}
 void Farm::hand_back(const WorkerId& worker, const LeaseKey& lease) {
   impl_->workers.hand_back(worker, lease);
 }

@@ -68,7 +68,7 @@ class Farm {
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id) const;
   Image image(const JobId& id) const;
-  /// The same, to look at while tiles are missing (Film::resolve_for_display).
+  /// The same, to look at while tiles are missing (Film::resolve_for_display), or all are (show()).
   Image display_image(const JobId& id) const;
   /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
   /// none.
@@ -168,6 +168,9 @@ class Farm {
   /// its own. Throws Error(kUsage) for more than kMaxMissingLight lines, none, or one of more than
   /// kMaxNoteBytes.
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
+  /// A picture of at most kMaxFirstLookSide pixels a side, which display_image() gives while the job has no
+  /// samples. Of a pilot's lease alone. Throws Error(kUsage) for another size, or values that are not finite.
+  void show(const WorkerId& worker, const LeaseKey& lease, Image picture);
   /// The worker has no time for the tile any more; leased again at once. A few times are nobody's fault, many
   /// are (WorkerTable::handed_back).
   void hand_back(const WorkerId& worker, const LeaseKey& lease);

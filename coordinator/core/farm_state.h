@@ -15,6 +15,7 @@
 #include "common/base/clock.h"
 #include "coordinator/core/farm_options.h"
 #include "coordinator/core/farm_report.h"
+#include "coordinator/core/first_looks.h"
 #include "coordinator/farm/scheduler.h"
 #include "coordinator/merge/merger.h"
 #include "coordinator/store/job_store.h"
@@ -44,6 +45,7 @@ struct FarmState {
   FarmStats stats;
   double undisturbed_since = 0;  // clock time since when the disk has taken commits
   Scheduler scheduler;
+  FirstLooks first_looks;
 
   Merger merger;  // has locks of its own
 

@@ -1,6 +1,8 @@
 #include "coordinator/core/job_results.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <utility>
 
 #include "common/error/box_figures.h"
@@ -14,6 +16,17 @@ std::string number_text(double value) {
   return text;
 }
 
+/// Every pixel takes the nearest one's value.
+Image enlarged(const Image& from, int width, int height) {
+  Image to(width, height);
+  for (int y = 0; y < height; ++y) {
+    const auto row = static_cast<int>(int64_t{y} * from.height / height);
+    for (int x = 0; x < width; ++x)
+      std::copy_n(from.pixel(static_cast<int>(int64_t{x} * from.width / width), row), 3, to.pixel(x, y));
+  }
+  return to;
+}
+
 }  // namespace
 
 Image JobResults::image(const JobId& id) const {
@@ -22,6 +35,15 @@ Image JobResults::image(const JobId& id) const {
 }
 
 Image JobResults::display_image(const JobId& id) const {
+  std::shared_ptr<const Image> look;
+  PixelRect crop;
+  {
+    const std::lock_guard lock(farm_.mutex);
+    const JobRecord& record = jobs_.get(id).record;
+    crop = record.settings.grid.crop;
+    if (record.packets_done == 0) look = farm_.first_looks.find(id);
+  }
+  if (look) return enlarged(*look, crop.width(), crop.height());
   const Merger::Open layers = storage_.open_layers(id);
   return layers->film.resolve_for_display();
 }

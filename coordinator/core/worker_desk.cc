@@ -55,6 +55,20 @@ void check_missing_light(const std::vector<std::string>& lines) {
   }
 }
 
+void check_first_look(const Image& picture) {
+  const auto is_side = [](int n) { return n >= 1 && n <= kMaxFirstLookSide; };
+  if (!is_side(picture.width) || !is_side(picture.height)) {
+    throw Error(ErrorKind::kUsage,
+                "a first picture has 1 to " + std::to_string(kMaxFirstLookSide) + " pixels a side");
+  }
+  if (picture.channels != 3 ||
+      picture.data.size() != 3 * static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height))
+    throw Error(ErrorKind::kUsage, "a first picture has three floats a pixel");
+  for (const float x : picture.data) {
+    if (!std::isfinite(x)) throw Error(ErrorKind::kUsage, "a first picture has finite values");
+  }
+}
+
 }  // namespace
 
 Worker& WorkerDesk::get(const WorkerId& id) {
@@ -198,6 +212,16 @@ void WorkerDesk::warn(const WorkerId& worker, const LeaseKey& key,
   JobRecord record = JobTable::record_at(*job, now);
   record.missing_light = missing_light;
   jobs_.update(*job, std::move(record), now);
+}
+
+void WorkerDesk::show(const WorkerId& worker, const LeaseKey& key, Image picture) {
+  check_first_look(picture);
+  const std::lock_guard lock(farm_.mutex);
+  farm_.scheduler.workers.seen(worker, farm_.clock.now());
+  Job* job = job_of(worker, key);
+  if (!job || !is_pilot(job->tiles.find(key.tile)->tile)) return;
+  farm_.first_looks.put(key.job, std::move(picture));
+  farm_.touch_quietly(*job);
 }
 
 void WorkerDesk::hand_back(const WorkerId& worker, const LeaseKey& key) {

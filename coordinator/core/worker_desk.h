@@ -26,6 +26,7 @@ class WorkerDesk {
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);
   void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason, FailureKind kind);
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
+  void show(const WorkerId& worker, const LeaseKey& lease, Image picture);
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
   void drain(const WorkerId& worker);
   bool is_proven(const WorkerId& worker) const;

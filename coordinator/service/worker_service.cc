@@ -7,6 +7,7 @@
 #include "common/base/log.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
+#include "common/rpc/pictures.h"
 #include "common/rpc/registration_digest.h"
 #include "coordinator/farm/farm_errors.h"
 #include "coordinator/service/limits/in_flight_limit.h"
@@ -182,6 +183,14 @@ grpc::Status WorkerService::Warn(grpc::ServerContext*, const v1::WarnRequest* re
     std::vector<std::string> lines;
     for (const std::string& line : request->missing_light()) lines.push_back(one_line(line));
     farm_.warn(worker, key, lines);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status WorkerService::ShowPicture(grpc::ServerContext*, const v1::ShowPictureRequest* request,
+                                        v1::ShowPictureResponse*) {
+  return guarded([&] {
+    farm_.show(keys_.worker_of(request->worker_id()), from_proto(request->key()), picture_of(*request));
     return grpc::Status::OK;
   });
 }

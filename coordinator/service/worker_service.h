@@ -40,6 +40,8 @@ class WorkerService final
                                                      v1::CommitResponse*) override;
   grpc::Status Fail(grpc::ServerContext*, const v1::FailRequest*, v1::FailResponse*) override;
   grpc::Status Warn(grpc::ServerContext*, const v1::WarnRequest*, v1::WarnResponse*) override;
+  grpc::Status ShowPicture(grpc::ServerContext*, const v1::ShowPictureRequest*,
+                           v1::ShowPictureResponse*) override;
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest*, v1::DrainResponse*) override;
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
   grpc::ServerWriteReactor<v1::FetchBlobsResponse>* FetchBlobs(grpc::CallbackServerContext*,

@@ -30,7 +30,10 @@ double seconds() {
 }  // namespace
 
 Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
-  const uint64_t version = farm_.job(job).version;
+  const JobStatus status = farm_.job(job);
+  const uint64_t version = status.version;
+  // A first look may come while there are no samples.
+  const bool waits = status.state == JobState::kRunning && status.packets_done == 0;
   const Key key{job, kind};
   std::shared_ptr<Slot> slot;
   {
@@ -52,7 +55,7 @@ Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
       const double end = seconds();
       slot->next = end + std::max(kLeastSpacing, kSpacingPerCost * (end - begin));
     }
-    picture = {slot->image, slot->version == version};
+    picture = {slot->image, slot->version == version && !waits};
   }
   const std::lock_guard lock(mutex_);
   slot->bytes = picture.image->data.size() * sizeof(float);

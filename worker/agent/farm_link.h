@@ -18,6 +18,7 @@
 
 #include "common/base/error.h"
 #include "common/farm/farm_types.h"
+#include "common/image/image.h"
 #include "common/scene/bundle.h"
 
 namespace lightmill::agent {
@@ -71,6 +72,8 @@ class FarmLink {
   virtual void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) = 0;
   /// What light the image of the lease's job will lack, lines for people: at least one.
   virtual void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) = 0;
+  /// A small picture of the job whose pilot this is, to look at until there are samples.
+  virtual void show(const LeaseKey& key, const Image& picture) { (void)key, (void)picture; }
   /// Another worker may have the tile at once or, for lack of a file, once that is back.
   virtual void hand_back(const LeaseKey& key, HandBack why) = 0;
   /// No more leases, please.

@@ -17,6 +17,7 @@
 #include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/coordinators.h"
+#include "common/rpc/pictures.h"
 #include "common/rpc/registration_digest.h"
 #include "common/rpc/status.h"
 #include "common/rpc/tls_diagnosis.h"
@@ -211,6 +212,16 @@ void GrpcLink::warn(const LeaseKey& key, const std::vector<std::string>& missing
   for (const std::string& line : missing_light) request.add_missing_light(one_line(line));
   v1::WarnResponse response;
   call.check(call.stub()->Warn(call.context(), request, &response), true);
+}
+
+void GrpcLink::show(const LeaseKey& key, const Image& picture) {
+  Call call(*impl_, kCallSeconds);
+  v1::ShowPictureRequest request;
+  request.set_worker_id(impl_->worker());
+  *request.mutable_key() = to_proto(key);
+  set_picture(picture, &request);
+  v1::ShowPictureResponse response;
+  call.check(call.stub()->ShowPicture(call.context(), request, &response), true);
 }
 
 void GrpcLink::hand_back(const LeaseKey& key, HandBack why) {

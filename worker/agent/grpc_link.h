@@ -21,6 +21,7 @@ class GrpcLink : public FarmLink {
   CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
   void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) override;
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override;
+  void show(const LeaseKey& key, const Image& picture) override;
   void hand_back(const LeaseKey& key, HandBack why) override;
   void drain() override;
   Bundle bundle(const std::string& digest) override;

@@ -1,5 +1,6 @@
 #include "worker/agent/packet_renderer.h"
 
+#include "worker/render/plan/first_look.h"
 #include "worker/render/plan/pilot.h"
 
 namespace lightmill::agent {
@@ -22,6 +23,9 @@ class SceneRenderer : public PacketRenderer {
     renderer_.render_packet(packet, workspace, builder);
   }
   uint64_t memory_bytes() const override { return renderer_.memory_bytes(); }
+  Image first_look(int threads, const std::function<bool()>& go_on) const override {
+    return lightmill::first_look(renderer_, threads, go_on);
+  }
   PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const override {
     PilotReport report = lightmill::run_pilot(renderer_, threads, go_on);
     RenderSettings chosen = renderer_.settings();

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "common/film/partial.h"
+#include "common/image/image.h"
 #include "common/job/pilot_report.h"
 #include "common/job/settings.h"
 #include "common/scene/description.h"
@@ -26,6 +27,11 @@ class PacketRenderer {
   virtual void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const = 0;
   /// Memory of the scene, which is shared by all that with_settings made of it.
   virtual uint64_t memory_bytes() const { return 0; }
+  /// A small picture to look at before that, first_look.h; without pixels: none. Throws as run_pilot().
+  virtual Image first_look(int threads, const std::function<bool()>& go_on) const {
+    (void)threads, (void)go_on;
+    return {};
+  }
   /// Chooses the sampling plan, on `threads` threads. Throws Error(kFailed) once `go_on` gives false.
   virtual PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const = 0;
   /// The same scene, shared, under settings that differ in plan, integrator, depth, seed or stop rule only.

@@ -373,6 +373,7 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
   const auto go_on = [&] { return queue_.is_held(key) && !draining_ && !is_stopping(); };
   PilotResult result;
   const ProcessorTime time(options_.threads);
+  show_first_look(pilot, go_on);
   try {
     result.report = pilot.renderer->run_pilot(options_.threads, go_on);
   } catch (const std::exception& error) {
@@ -385,6 +386,16 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
   }
   result.cpu_seconds = time.seconds();
   hand_in(key, encode_pilot(result));
+}
+
+/// Nothing depends on it: what fails is left out.
+void TileRunner::show_first_look(const PilotLease& pilot, const std::function<bool()>& go_on) {
+  try {
+    const Image picture = pilot.renderer->first_look(options_.threads, go_on);
+    if (!picture.data.empty()) link_.show(key_of(pilot.lease), picture);
+  } catch (const std::exception& error) {
+    options_.debug(describe(key_of(pilot.lease)) + ": no first look: " + error.what());
+  }
 }
 
 void TileRunner::renew_loop() {

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "coordinator/core/farm.h"
 #include "coordinator/store/memory_job_store.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
@@ -73,6 +75,44 @@ TEST_F(PilotTest, TellsTheJobWhatLightItsImageLacks) {
   report.missing_light = {"about a tenth"};
   EXPECT_EQ(farm.commit(ann, key(pilot), encode_pilot({report, 1})), CommitResult::kAccepted);
   EXPECT_EQ(farm.job(job).missing_light, report.missing_light);
+}
+
+TEST_F(PilotTest, APictureOfItsWorkerIsShownUntilThereAreSamples) {
+  const JobId job = farm.submit(request);
+  const LeaseGrant pilot = farm.lease(ann).value();
+  const uint64_t version = farm.job(job).version;
+  Image look(2, 1);
+  look.data = {1, 2, 3, 4, 5, 6};
+  farm.show(bob, key(pilot), look);
+  EXPECT_EQ(farm.job(job).version, version) << "the lease is another's";
+  farm.show(ann, key(pilot), look);
+  EXPECT_GT(farm.job(job).version, version) << "those who watch are to look";
+  Image shown = farm.display_image(job);
+  ASSERT_EQ(shown.width, 64);
+  ASSERT_EQ(shown.height, 64);
+  EXPECT_EQ(shown.pixel(31, 63)[1], 2);
+  EXPECT_EQ(shown.pixel(32, 0)[2], 6);
+  EXPECT_EQ(farm.image(job).pixel(0, 0)[0], 0) << "it is no part of the image";
+
+  EXPECT_EQ(commit(ann, pilot), CommitResult::kAccepted);
+  EXPECT_EQ(farm.display_image(job).pixel(0, 0)[0], 1);
+  const LeaseGrant tile = farm.lease(ann).value();
+  farm.show(ann, key(tile), Image(5, 5));
+  EXPECT_EQ(farm.display_image(job).pixel(0, 0)[0], 1) << "only a pilot's worker shows one";
+  EXPECT_EQ(commit(ann, tile), CommitResult::kAccepted);
+  work(farm, ann);
+  EXPECT_TRUE(same_pixels(farm.display_image(job), farm.image(job)));
+}
+
+TEST_F(PilotTest, PicturesOfAnotherSizeAreRefused) {
+  const JobId job = farm.submit(request);
+  const LeaseGrant pilot = farm.lease(ann).value();
+  Image unreal(1, 1), empty, torn(2, 2);
+  unreal.data[1] = std::numeric_limits<float>::infinity();
+  torn.data.pop_back();
+  for (const Image& picture : {Image(257, 1), Image(1, 257), Image(2, 2, 4), unreal, empty, torn})
+    EXPECT_THROW(farm.show(ann, key(pilot), picture), Error);
+  EXPECT_EQ(farm.display_image(job).pixel(0, 0)[0], 0);
 }
 
 TEST_F(PilotTest, AFixedIntegratorOrAPlanNeedsNone) {

@@ -90,6 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     case 13:
       call(c, c.worker, &WorkerService::Fail, bytes);
       call(c, c.worker, &WorkerService::Warn, bytes);  // fields of the same kinds
+      call(c, c.worker, &WorkerService::ShowPicture, bytes);
       break;
     case 14:
       call(c, c.worker, &WorkerService::Drain, bytes);

@@ -57,6 +57,12 @@ class CountingRenderer : public PacketRenderer {
     if (!pilot_error.empty()) throw Error(ErrorKind::kFailed, pilot_error);
     return *pilot_report;
   }
+  Image first_look(int, const std::function<bool()>&) const override {
+    if (look_fails) throw Error(ErrorKind::kFailed, "nothing to see");
+    Image picture(2, 3);
+    picture.data[4] = 7;
+    return picture;
+  }
   std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings&) const override {
     throw std::logic_error("one renderer is enough");
   }
@@ -66,6 +72,7 @@ class CountingRenderer : public PacketRenderer {
   std::atomic<bool> stuck{false};  // packets take until this is false
   std::optional<PilotReport> pilot_report;
   std::string pilot_error;
+  bool look_fails = false;
   int pilot_rounds = 0;
   mutable std::atomic<int> pilots_begun{0}, pilots_cancelled{0}, pilot_threads{0};
 
@@ -137,6 +144,11 @@ class FakeFarm : public FarmLink {
     failures[key] = reason;
     changed_.notify_all();
   }
+  void show(const LeaseKey&, const Image& picture) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    shown.push_back(picture);
+  }
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override {
     const std::lock_guard lock(mutex_);
     check();
@@ -200,6 +212,7 @@ class FakeFarm : public FarmLink {
   std::set<LeaseKey> handed_back;
   std::map<LeaseKey, std::string> failures;
   std::vector<std::pair<LeaseKey, std::vector<std::string>>> warnings;
+  std::vector<Image> shown;
   std::map<LeaseKey, bool> lose;
   std::string refusal;
   int down_calls = 0;      // so many calls throw LinkDown

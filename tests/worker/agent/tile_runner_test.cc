@@ -198,6 +198,18 @@ TEST_F(TileRunnerTest, APilotIsRunAndItsResultCommitted) {
   EXPECT_EQ(pilot_to_json(result.report), pilot_to_json(*source_.renderer->pilot_report));
   EXPECT_GE(result.cpu_seconds, 0);
   EXPECT_EQ(source_.renderer->pilot_threads, 3);
+  ASSERT_EQ(farm_.shown.size(), 1u) << "there is something to see before";
+  EXPECT_EQ(farm_.shown.front().pixel(1, 0)[1], 7);
+}
+
+TEST_F(TileRunnerTest, APilotGoesOnWithoutAFirstLook) {
+  source_.renderer->pilot_report = PilotReport();
+  source_.renderer->look_fails = true;
+  farm_.add({});
+  start(1);
+  ASSERT_TRUE(farm_.wait_for_answers(1));
+  EXPECT_EQ(farm_.commits.size(), 1u);
+  EXPECT_TRUE(farm_.shown.empty());
 }
 
 TEST_F(TileRunnerTest, NothingIsLeasedBesideAPilotAndALostOneIsCancelled) {
