@@ -79,6 +79,7 @@ struct MediumDescription {
   float g = 0;
   SourceLocation location;
   std::shared_ptr<const MediumGrid> grid = nullptr;  // null: the same everywhere
+  std::string light_group = {};                      // of its emission, in the AOV `lightgroups`; empty: none
 };
 /// An upper bound of the radiance that it would show in infinite depth.
 Rgb brightest(const MediumDescription& medium);
