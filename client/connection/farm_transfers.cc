@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "images travel as little-endian floats");
 
 constexpr size_t kDigestsAtOnce = 10000;
-constexpr int kMaxAovChannels = 64;
+constexpr int kMaxAovChannels = 256;
 
 /// The bytes of a blob to upload: a file, or memory.
 class BlobBytes {

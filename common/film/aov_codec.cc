@@ -1,14 +1,19 @@
 // The bytes of AOV layers:
 //
 //   set, frame                                  32 bytes
+//   with kAovLightGroups: the groups' names     byte of length, text
 //   per layer of the set: byte range, planes    (unit_planes.h)
 //   direct splats: count, byte range, gaps between their pixels as varints, planes
+//   per light group but the last: as a layer, and as direct splats
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/base/error.h"
 #include "common/film/aov_layers.h"
+#include "common/film/crop_walk.h"
 #include "common/film/packing.h"
+#include "common/film/partial.h"
 #include "common/film/partial_check.h"
 #include "common/film/signed_sum.h"
 #include "common/film/unit_planes.h"
@@ -35,31 +40,94 @@ ByteRange get_range(ByteReader* in) {
   return range;
 }
 
-void read_direct_splats(ByteReader* in, const FilmGrid& grid, AovSums* sums) {
+void write_layer(const std::vector<ExactRgb>& values, ByteWriter* w) {
+  const ByteRange range = used_bytes(std::span(values));
+  put_range(range, w);
+  append_planes(std::span(values), range, &w->bytes());
+}
+
+void read_layer(ByteReader* in, size_t tile_pixels, std::vector<ExactRgb>* values) {
+  const ByteRange range = get_range(in);
+  const std::string_view planes = in->get_bytes(plane_bytes(tile_pixels, range));
+  values->resize(tile_pixels);
+  read_planes(planes, range, std::span(*values));
+  if (used_bytes(std::span(std::as_const(*values))) != range)
+    refuse_partial("an AOV is not in its canonical layout");
+}
+
+void write_splats(const std::vector<SplatSum>& splats, ByteWriter* w) {
+  w->put<uint64_t>(splats.size());
+  const ByteRange range = used_bytes(std::span(splats));
+  put_range(range, w);
+  int64_t last = -1;
+  for (const SplatSum& splat : splats) {
+    w->put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
+    last = splat.pixel;
+  }
+  append_planes(std::span(splats), range, &w->bytes());
+}
+
+void read_splats(ByteReader* in, const FilmGrid& grid, std::vector<SplatSum>* splats) {
   const auto count = in->get<uint64_t>();
-  if (count > static_cast<uint64_t>(grid.crop.area())) refuse_partial("more direct splats than pixels");
+  if (count > static_cast<uint64_t>(grid.crop.area())) refuse_partial("more splats than pixels");
   const ByteRange range = get_range(in);
   // Each takes a byte at least: the count must not make us allocate what was never sent.
-  if (count > in->rest().size()) refuse_partial("direct splats that are not there");
-  sums->direct_splats.resize(static_cast<size_t>(count));
+  if (count > in->rest().size()) refuse_partial("splats that are not there");
+  splats->resize(static_cast<size_t>(count));
   const auto pixels = static_cast<uint64_t>(grid.width) * static_cast<uint64_t>(grid.height);
   uint64_t next = 0;
-  for (SplatSum& splat : sums->direct_splats) {
+  for (SplatSum& splat : *splats) {
     const uint64_t gap = in->get_varint();
-    if (gap >= pixels || next + gap >= pixels) refuse_partial("direct splat outside the film");
+    if (gap >= pixels || next + gap >= pixels) refuse_partial("splat of an AOV outside the film");
     splat.pixel = static_cast<uint32_t>(next + gap);
     next = uint64_t{splat.pixel} + 1;
   }
-  read_planes(in->get_bytes(plane_bytes(sums->direct_splats.size(), range)), range,
-              std::span(sums->direct_splats));
-  if (used_bytes(std::span(std::as_const(sums->direct_splats))) != range) {
+  read_planes(in->get_bytes(plane_bytes(splats->size(), range)), range, std::span(*splats));
+  if (used_bytes(std::span(std::as_const(*splats))) != range)
     refuse_partial("an AOV is not in its canonical layout");
-  }
+}
+
+LightGroups read_groups(ByteReader* in, size_t most) {
+  const auto count = size_t{in->get<uint8_t>()};
+  if (count > std::min(most, kMaxLightGroups)) refuse_partial("more light groups than the scene has");
+  LightGroups groups(count);
+  for (std::string& name : groups) name = in->get_bytes(in->get<uint8_t>());
+  if (!valid_light_groups(groups)) refuse_partial("unknown light groups");
+  return groups;
 }
 
 bool within(const ExactRgb& part, const ExactRgb& whole) {
   const auto at_most = [](Units a, Units b) { return static_cast<__int128>(a) <= static_cast<__int128>(b); };
   return at_most(part.c[0], whole.c[0]) && at_most(part.c[1], whole.c[1]) && at_most(part.c[2], whole.c[2]);
+}
+
+void check_direct_splats(const std::vector<SplatSum>& direct, const std::vector<SplatSum>& splats) {
+  auto whole = splats.begin();
+  int64_t last = -1;
+  for (const SplatSum& splat : direct) {
+    if (int64_t{splat.pixel} <= last) refuse_partial("direct splats are not in ascending order");
+    last = splat.pixel;
+    while (whole != splats.end() && whole->pixel < splat.pixel) ++whole;
+    if (whole == splats.end() || whole->pixel != splat.pixel || !within(splat.sum, whole->sum) ||
+        splat.sum.is_zero()) {
+      refuse_partial("more direct light than light");
+    }
+  }
+}
+
+/// Of a signed film they may be larger than the whole, which groups cancel in.
+void check_group_splats(const std::vector<SplatSum>& splats, const FilmGrid& grid) {
+  CropWalk crop_index(grid);
+  int64_t last = -1;
+  for (const SplatSum& splat : splats) {
+    if (int64_t{splat.pixel} <= last) refuse_partial("splats of a light group are not in ascending order");
+    last = splat.pixel;
+    if (crop_index(splat.pixel) < 0) refuse_partial("splat of a light group outside the crop window");
+    if (splat.sum.is_zero()) refuse_partial("splat of zero");
+    for (const Units u : splat.sum.c) {
+      if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum of a light group out of range");
+    }
+  }
 }
 
 }  // namespace
@@ -69,26 +137,26 @@ std::string encode_aovs(const AovSums& sums) {
   w.put<uint32_t>(sums.spec.set);
   w.put<int32_t>(sums.spec.frame.scale_exponent);
   for (const double x : sums.spec.frame.origin) w.put<double>(x);
+  if (sums.spec.set & kAovLightGroups) {
+    w.put<uint8_t>(static_cast<uint8_t>(sums.spec.groups.size()));
+    for (const std::string& name : sums.spec.groups) {
+      w.put<uint8_t>(static_cast<uint8_t>(name.size()));
+      w.put_bytes(name);
+    }
+  }
   for (int layer = 0; layer < kAovLayers; ++layer) {
     if (!needs_layer(sums.spec.set, layer)) continue;
-    const std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
-    const ByteRange range = used_bytes(std::span(values));
-    put_range(range, &w);
-    append_planes(std::span(values), range, &w.bytes());
+    write_layer(sums.layers[static_cast<size_t>(layer)], &w);
   }
-  w.put<uint64_t>(sums.direct_splats.size());
-  const ByteRange range = used_bytes(std::span(sums.direct_splats));
-  put_range(range, &w);
-  int64_t last = -1;
-  for (const SplatSum& splat : sums.direct_splats) {
-    w.put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
-    last = splat.pixel;
+  write_splats(sums.direct_splats, &w);
+  for (const GroupSums& group : sums.groups) {
+    write_layer(group.camera, &w);
+    write_splats(group.splats, &w);
   }
-  append_planes(std::span(sums.direct_splats), range, &w.bytes());
   return std::move(w.bytes());
 }
 
-AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid) {
+AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid, size_t most_groups) {
   ByteReader in(bytes, kAovPartial);
   AovSums sums;
   sums.spec.set = in.get<uint32_t>();
@@ -100,41 +168,46 @@ AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& 
   for (const double x : frame.origin) {
     if (!std::isfinite(x)) refuse_partial("origin out of range");
   }
+  if (sums.spec.set & kAovLightGroups) sums.spec.groups = read_groups(&in, most_groups);
   for (int layer = 0; layer < kAovLayers; ++layer) {
     if (!needs_layer(sums.spec.set, layer)) continue;
-    const ByteRange range = get_range(&in);
-    const std::string_view planes = in.get_bytes(plane_bytes(tile_pixels, range));
-    std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
-    values.resize(tile_pixels);
-    read_planes(planes, range, std::span(values));
-    if (used_bytes(std::span(std::as_const(values))) != range) {
-      refuse_partial("an AOV is not in its canonical layout");
-    }
+    read_layer(&in, tile_pixels, &sums.layers[static_cast<size_t>(layer)]);
   }
-  read_direct_splats(&in, grid, &sums);
+  read_splats(&in, grid, &sums.direct_splats);
+  sums.groups.resize(group_layers(sums.spec.groups));
+  for (GroupSums& group : sums.groups) {
+    read_layer(&in, tile_pixels, &group.camera);
+    read_splats(&in, grid, &group.splats);
+  }
   in.expect_end();
   return sums;
 }
 
-size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid) {
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups) {
   const auto crop_pixels = static_cast<size_t>(grid.crop.area());
-  return kHeadBytes + kAovLayers * (kRangeBytes + tile_pixels * kSumBytes) + kCountBytes + kRangeBytes +
-         crop_pixels * (kMaxVarint + kSumBytes);
+  const size_t layer = kRangeBytes + tile_pixels * kSumBytes,
+               splats = kCountBytes + kRangeBytes + crop_pixels * (kMaxVarint + kSumBytes);
+  return kHeadBytes + 1 + groups * (1 + kMaxLightGroupName) + kAovLayers * layer + splats +
+         (groups > 0 ? groups - 1 : 0) * (layer + splats);
 }
 
-void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const std::vector<ExactRgb>& camera,
-                const std::vector<SplatSum>& splats) {
+void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, int64_t samples,
+                const std::vector<ExactRgb>& camera, const std::vector<SplatSum>& splats) {
   const Units limit = static_cast<Units>(samples) << kMaxContributionBits;
-  for (int layer = 0; layer < kAovLayers; ++layer) {
-    const std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
-    if (values.size() != (needs_layer(sums.spec.set, layer) ? tile_pixels : 0)) {
-      refuse_partial("an AOV of another size than the tile");
-    }
+  const auto check_layer = [&](const std::vector<ExactRgb>& values, bool needed) {
+    if (values.size() != (needed ? tile_pixels : 0)) refuse_partial("an AOV of another size than the tile");
     for (const ExactRgb& sum : values) {
       for (const Units u : sum.c) {
         if (magnitude(u) > limit) refuse_partial("AOV sum out of range");
       }
     }
+  };
+  for (int layer = 0; layer < kAovLayers; ++layer)
+    check_layer(sums.layers[static_cast<size_t>(layer)], needs_layer(sums.spec.set, layer));
+  if (sums.groups.size() != group_layers(sums.spec.groups)) refuse_partial("a light group is missing");
+  for (const GroupSums& group : sums.groups) {
+    check_layer(group.camera, true);
+    check_group_splats(group.splats, grid);
   }
   for (const ExactRgb& sum : sums.layers[kDepthLayer]) {
     if (sum.c[1] > static_cast<Units>(samples)) refuse_partial("more hits than samples");
@@ -146,17 +219,7 @@ void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const 
     }
   }
   if (!sums.direct_splats.empty() && direct.empty()) refuse_partial("direct splats that nobody asked for");
-  auto whole = splats.begin();
-  int64_t last = -1;
-  for (const SplatSum& splat : sums.direct_splats) {
-    if (int64_t{splat.pixel} <= last) refuse_partial("direct splats are not in ascending order");
-    last = splat.pixel;
-    while (whole != splats.end() && whole->pixel < splat.pixel) ++whole;
-    if (whole == splats.end() || whole->pixel != splat.pixel || !within(splat.sum, whole->sum) ||
-        splat.sum.is_zero()) {
-      refuse_partial("more direct light than light");
-    }
-  }
+  check_direct_splats(sums.direct_splats, splats);
 }
 
 }  // namespace lightmill

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/error.h"
+#include "common/film/layer_sums.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
 #include "common/film/stored_layer.h"
@@ -20,6 +21,7 @@ struct PixelSums {
   const AovSums& sums;
   const AovFilm::Colour& colour;
   const std::vector<ExactRgb>& direct_splat;
+  const std::vector<GroupLayers>& groups;
   const HalfFilm& half;
   size_t pixel;       // in packet order
   size_t film_pixel;  // the same one's place in the image
@@ -42,6 +44,52 @@ struct PixelSums {
       const Units direct = direct_splat.empty() ? 0 : direct_splat[film_pixel].c[c];
       value += mean(colour.splat[film_pixel].c[c], direct, colour.light_spp);
     }
+    return value;
+  }
+
+  /// Of light group `group`, and of its half: the sums of camera samples and of splats. The last group has
+  /// what the others leave.
+  ExactRgb group_camera(size_t group) const {
+    return part_of(colour.camera, pixel, group,
+                   [&](size_t i) -> const std::vector<ExactRgb>& { return groups[i].camera; });
+  }
+  ExactRgb group_splat(size_t group) const {
+    return part_of(colour.splat, film_pixel, group,
+                   [&](size_t i) -> const std::vector<ExactRgb>& { return groups[i].splat; });
+  }
+  ExactRgb half_camera(size_t group) const {
+    if (group < groups.size()) return half.group_camera(group, pixel);
+    ExactRgb left = half.camera(pixel);
+    for (size_t i = 0; i < groups.size(); ++i) subtract(half.group_camera(i, pixel), &left);
+    return left;
+  }
+  ExactRgb half_splat(size_t group) const {
+    if (group < groups.size()) return half.group_splat(group, film_pixel);
+    ExactRgb left = half.splat(film_pixel);
+    for (size_t i = 0; i < groups.size(); ++i) subtract(half.group_splat(i, film_pixel), &left);
+    return left;
+  }
+  static void subtract(const ExactRgb& part, ExactRgb* from) {
+    for (int c = 0; c < 3; ++c) from->c[c] -= part.c[c];
+  }
+  template <class LayerOf>
+  ExactRgb part_of(const std::vector<ExactRgb>& whole, size_t at, size_t group, const LayerOf& layer) const {
+    const auto of_layer = [&](const std::vector<ExactRgb>& sums) {
+      return sums.empty() ? ExactRgb{} : sums[at];
+    };
+    if (group < groups.size()) return of_layer(layer(group));
+    ExactRgb left = of_layer(whole);
+    for (size_t i = 0; i < groups.size(); ++i) subtract(of_layer(layer(i)), &left);
+    return left;
+  }
+
+  double light_of_group(size_t group, int c) const {
+    double value = 0;
+    if (samples > 0)
+      value +=
+          from_signed_units(group_camera(group).c[c], colour.quantum_exponent) / static_cast<double>(samples);
+    if (colour.light_spp > 0)
+      value += from_signed_units(group_splat(group).c[c], colour.quantum_exponent) / colour.light_spp;
     return value;
   }
 
@@ -85,20 +133,30 @@ struct PixelSums {
 
   /// Of the colour.
   double difference(int c) const {
+    const auto at = [](const std::vector<ExactRgb>& sums, size_t i) {
+      return sums.empty() ? ExactRgb{} : sums[i];
+    };
+    return difference(c, at(colour.camera, pixel), half.camera(pixel), at(colour.splat, film_pixel),
+                      half.splat(film_pixel));
+  }
+  double difference_of_group(size_t group, int c) const {
+    return difference(c, group_camera(group), half_camera(group), group_splat(group), half_splat(group));
+  }
+  double difference(int c, const ExactRgb& camera, const ExactRgb& camera_half, const ExactRgb& splat,
+                    const ExactRgb& splat_half) const {
     const auto mean = [&](const ExactRgb& sum, double count) {
       return from_signed_units(sum.c[c], colour.quantum_exponent) / count;
     };
     double value = 0;
     if (!colour.camera.empty()) {
-      value += scaled_difference(colour.camera[pixel], half.camera(pixel), static_cast<double>(samples),
+      value += scaled_difference(camera, camera_half, static_cast<double>(samples),
                                  static_cast<double>(half_samples), mean);
     }
     if (!colour.splat.empty()) {
       // Of splats light_spp counts: the half's share of it is that of its light paths.
       const double of_half = colour.light_spp * static_cast<double>(half.light_paths()) /
                              static_cast<double>(std::max<uint64_t>(colour.light_paths, 1));
-      value += scaled_difference(colour.splat[film_pixel], half.splat(film_pixel), colour.light_spp, of_half,
-                                 mean);
+      value += scaled_difference(splat, splat_half, colour.light_spp, of_half, mean);
     }
     return value;
   }
@@ -137,32 +195,26 @@ void AovFilm::fold(const Partial& partial, const Whole& whole) {
   const AovSums& from = partial.aovs;
   if (from.spec.set == 0) return;
   const FilmGrid& grid = partial.grid;
-  const auto crop_area = entry(grid.crop.area());
   sums_.spec = from.spec;
   const PixelRect r = grid.pixels(partial.tile.cells);
-  for (size_t layer = 0; layer < kAovLayers; ++layer) {
-    const ExactRgb* source = from.layers[layer].data();
-    if (from.layers[layer].empty()) continue;
-    std::vector<ExactRgb>& target = sums_.layers[layer];
-    if (target.empty()) target.resize(crop_area);
-    for (int y = r.y0; y < r.y1; ++y) {
-      ExactRgb* to = &target[entry(int64_t{y - grid.crop.y0} * grid.crop.width() + r.x0 - grid.crop.x0)];
-      for (int x = r.x0; x < r.x1; ++x) *to++ += *source++;
-    }
-  }
-  if (!from.direct_splats.empty() && direct_splat_.empty()) direct_splat_.resize(crop_area);
-  for (const SplatSum& splat : from.direct_splats) {
-    direct_splat_[entry(grid.crop_index(splat.pixel))] += splat.sum;
+  for (size_t layer = 0; layer < kAovLayers; ++layer)
+    add_rectangle(grid, r, from.layers[layer], false, &sums_.layers[layer]);
+  add_splats(grid, from.direct_splats, false, &direct_splat_);
+  groups_.resize(from.groups.size());
+  for (size_t i = 0; i < groups_.size(); ++i) {
+    add_rectangle(grid, r, from.groups[i].camera, false, &groups_[i].camera);
+    add_splats(grid, from.groups[i].splats, false, &groups_[i].splat);
   }
   if (from.spec.set & kAovDifference) {
-    half_.fold(partial, {whole.camera, whole.splat, sums_, whole.cell_samples, whole.light_paths});
+    half_.fold(partial, {whole.camera, whole.splat, sums_, groups_, whole.cell_samples, whole.light_paths});
   }
 }
 
 ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const {
   ChannelImage result;
   const Aovs set = sums_.spec.set;
-  result.channels = aov_channels(set);
+  const LightGroups& groups = sums_.spec.groups;
+  result.channels = aov_channels(set, groups);
   if (set == 0) return result;
   const PixelRect& crop = grid.crop;
   const CellRect cells = grid.cells();
@@ -174,17 +226,28 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
       const size_t film_pixel = entry(interleave.film_index(x, y));
       const int cx = x / kCellSize, cy = y / kCellSize;
       const auto cell = entry(int64_t{cy - cells.y0} * cells.width() + cx - cells.x0);
-      const PixelSums at{sums_, colour,     direct_splat_,          half_,
-                         pixel, film_pixel, colour.samples(cx, cy), half_.samples(cell)};
+      const PixelSums at{sums_,
+                         colour,
+                         direct_splat_,
+                         groups_,
+                         half_,
+                         pixel,
+                         film_pixel,
+                         colour.samples(cx, cy),
+                         half_.samples(cell)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
-        if (!(set & aov)) continue;
+        if (!(set & aov) || aov == kAovLightGroups) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
       }
       for (Aovs aov = 1; set & kAovDifference && aov <= kAllAovs; aov <<= 1) {
         if (!(set & kAovsOfHalves & aov)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.difference(aov, c));
       }
+      for (size_t i = 0; i < 3 * groups.size(); ++i)
+        *out++ = static_cast<float>(at.light_of_group(i / 3, static_cast<int>(i % 3)));
+      for (size_t i = 0; set & kAovDifference && i < 3 * groups.size(); ++i)
+        *out++ = static_cast<float>(at.difference_of_group(i / 3, static_cast<int>(i % 3)));
     }
   }
   return result;
@@ -196,8 +259,17 @@ void AovFilm::write(ByteWriter* out) const {
   out->put<uint32_t>(sums_.spec.set);
   out->put<int32_t>(frame.scale_exponent);
   for (const double x : frame.origin) out->put<double>(x);
+  if (sums_.spec.set & kAovLightGroups) {
+    const std::string groups = light_groups_text(sums_.spec.groups);
+    out->put<uint32_t>(static_cast<uint32_t>(groups.size()));
+    out->put_bytes(groups);
+  }
   for (const std::vector<ExactRgb>& layer : sums_.layers) put_stored_layer(layer, out);
   put_stored_layer(direct_splat_, out);
+  for (const GroupLayers& group : groups_) {
+    put_stored_layer(group.camera, out);
+    put_stored_layer(group.splat, out);
+  }
   if (sums_.spec.set & kAovDifference) half_.write(out);
 }
 
@@ -208,6 +280,10 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   frame.scale_exponent = in->get<int32_t>();
   for (double& x : frame.origin) x = in->get<double>();
   if (sums_.spec.set == 0 || (sums_.spec.set & ~kAllAovs)) in->fail("unknown AOVs");
+  if (sums_.spec.set & kAovLightGroups) {
+    const auto size = in->get<uint32_t>();
+    sums_.spec.groups = light_groups_of_text(std::string(in->get_bytes(size)));
+  }
   const auto pixels = entry(grid.crop.area());
   for (size_t layer = 0; layer < kAovLayers; ++layer) {
     sums_.layers[layer] = get_stored_layer(pixels, in);
@@ -216,7 +292,13 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
     }
   }
   direct_splat_ = get_stored_layer(pixels, in);
-  if (sums_.spec.set & kAovDifference) half_.read(in, grid);
+  groups_.resize(group_layers(sums_.spec.groups));
+  for (GroupLayers& group : groups_) {
+    group.camera = get_stored_layer(pixels, in);
+    if (group.camera.empty()) in->fail("a light group is missing");
+    group.splat = get_stored_layer(pixels, in);
+  }
+  if (sums_.spec.set & kAovDifference) half_.read(in, grid, groups_.size());
 }
 
 }  // namespace lightmill

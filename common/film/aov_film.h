@@ -40,7 +40,7 @@ class AovFilm {
   };
   /// Adds what check() accepted, and the other layers have already.
   void fold(const Partial& partial, const Whole& whole);
-  /// Its channels are aov_channels(set).
+  /// Its channels are aov_channels(set, groups).
   ChannelImage resolve(const FilmGrid& grid, const Colour& colour) const;
 
   /// Part of the film's snapshot.
@@ -48,9 +48,10 @@ class AovFilm {
   void read(ByteReader* in, const FilmGrid& grid);
 
  private:
-  AovSums sums_;  // over the crop window, in packet order; direct_splats stays empty, they are dense here
+  AovSums sums_;  // over the crop window, in packet order; splats and groups stay empty, they are dense here
   std::vector<ExactRgb> direct_splat_;  // crop window, in film order; empty until one arrives
-  HalfFilm half_;                       // for `difference`
+  std::vector<GroupLayers> groups_;
+  HalfFilm half_;  // for `difference`
 };
 
 }  // namespace lightmill

@@ -12,6 +12,7 @@
 //   position  XYZ + 2^52 steps          2^-32 normalised units   samples that hit something
 //   depth     distance, hits, unused    2^-32 normalised units   samples that hit something
 //   direct    RGB                       the plan's quantum       every sample; light paths into direct_splats
+//   groups    RGB                       the plan's quantum       every sample; light paths into splats
 //   variance  RGB squared               2^-60 S^2                every sample
 //
 // S is the plan's radiance scale (exact_sum.h).
@@ -38,6 +39,7 @@ struct AovFrame {
 struct AovSpec {
   Aovs set = 0;
   AovFrame frame = {};
+  LightGroups groups = {};  // with kAovLightGroups
   bool operator==(const AovSpec&) const = default;
 };
 
@@ -53,11 +55,22 @@ enum AovLayer {
 /// Whether AOVs of the set are formed from this layer.
 bool needs_layer(Aovs set, int layer);
 
+/// How many groups have layers: all but the last one, which has what they leave of the colour.
+inline size_t group_layers(const LightGroups& groups) { return groups.empty() ? 0 : groups.size() - 1; }
+
+/// The layers of a light group in a tile.
+struct GroupSums {
+  std::vector<ExactRgb> camera;  // one sum a pixel, row-major
+  std::vector<SplatSum> splats;  // ascending by pixel, without zeros; part of the splat layer
+  bool operator==(const GroupSums&) const = default;
+};
+
 /// The layers of a tile or of a film.
 struct AovSums {
   AovSpec spec;
   std::array<std::vector<ExactRgb>, kAovLayers> layers;  // one sum a pixel, row-major; empty where not needed
   std::vector<SplatSum> direct_splats;  // ascending by pixel, without zeros; part of the splat layer
+  std::vector<GroupSums> groups;        // group_layers of them
   bool operator==(const AovSums&) const = default;
 };
 
@@ -80,13 +93,15 @@ double variance_of(Units squares, Units sum, int64_t samples, int quantum_expone
 
 /// The bytes that follow a partial's other layers. `tile_pixels`: of its rectangle.
 std::string encode_aovs(const AovSums& sums);
-/// Inverse. Throws Error(kFailed) for what encode_aovs can't have written.
-AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid);
-/// Most bytes that encode_aovs gives.
-size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid);
+/// Inverse. Throws Error(kFailed) for what encode_aovs can't have written, and for more light groups than
+/// `most_groups`, before there is memory for their layers.
+AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid,
+                    size_t most_groups = kMaxLightGroups);
+/// Most bytes that encode_aovs gives for at most `groups` light groups.
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups);
 /// Throws Error(kFailed) unless the layers are those of the spec, in range over `samples` samples of
 /// `tile_pixels` pixels, and direct light is a part of `camera` and `splats`.
-void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const std::vector<ExactRgb>& camera,
-                const std::vector<SplatSum>& splats);
+void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, int64_t samples,
+                const std::vector<ExactRgb>& camera, const std::vector<SplatSum>& splats);
 
 }  // namespace lightmill

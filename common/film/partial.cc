@@ -36,6 +36,7 @@ struct PartialBuilder::Impl {
   std::array<std::mutex, kStripes> camera_locks;  // cell -> lock, for all layers of the camera's samples
   std::vector<ExactRgb> camera;
   SplatFrame splats, direct_splats;
+  std::vector<SplatFrame> group_splats;
   AovSums aovs;
   std::mutex counters_lock;
   RenderCounters counters;
@@ -65,6 +66,11 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
   }
   if (has_splat_layer && needs_layer(aovs.set, kDirectLayer)) {
     m.direct_splats = SplatFrame(grid, quantum_exponent);
+  }
+  m.aovs.groups.resize(group_layers(aovs.groups));
+  for (GroupSums& group : m.aovs.groups) {
+    group.camera.resize(area);
+    m.group_splats.push_back(has_splat_layer ? SplatFrame(grid, quantum_exponent) : SplatFrame());
   }
 }
 
@@ -116,6 +122,16 @@ void PartialBuilder::add_direct_splats(std::span<const Splat> splats) {
   impl_->direct_splats.add(splats);  // what it drops was counted by add_splats
 }
 
+void PartialBuilder::add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums) {
+  impl_->add_layer(cx, cy, sums, &impl_->aovs.groups.at(group).camera);
+}
+
+void PartialBuilder::add_group_splats(size_t group, std::span<const Splat> splats) {
+  SplatFrame& frame = impl_->group_splats.at(group);
+  if (frame.empty()) throw std::logic_error("PartialBuilder::add_group_splats: no splat layer");
+  frame.add(splats);  // as above
+}
+
 void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_seconds) {
   const std::lock_guard lock(impl_->counters_lock);
   impl_->counters += counters;
@@ -142,6 +158,9 @@ Partial PartialBuilder::take() {
   }
   partial.aovs = std::move(m.aovs);
   if (!m.direct_splats.empty()) partial.aovs.direct_splats = m.direct_splats.take();
+  for (size_t i = 0; i < m.group_splats.size(); ++i) {
+    if (m.has_splat_layer) partial.aovs.groups[i].splats = m.group_splats[i].take();
+  }
   partial.counters = m.counters;
   partial.dropped = m.dropped;
   // A splat adds to the mean of the image what it has over the number of light paths.

@@ -83,6 +83,9 @@ class PartialBuilder {
   const AovSpec& aovs() const;
   void add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_direct_splats(std::span<const Splat> splats);
+  /// Likewise of light group `group`, of the group_layers that there are.
+  void add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
+  void add_group_splats(size_t group, std::span<const Splat> splats);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.
   void add_counters(const RenderCounters& counters, double cpu_seconds);
   /// Adds what a finished packet's stages dropped of camera paths (amounts by pixel sample) and of light

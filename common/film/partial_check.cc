@@ -97,7 +97,7 @@ LayerUnits check_partial_layers(const Partial& p) {
       if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum out of range");
     }
   }
-  check_aovs(p.aovs, area, p.tile.samples(), p.camera, p.splats);
+  check_aovs(p.aovs, p.grid, area, p.tile.samples(), p.camera, p.splats);
   return any;
 }
 

@@ -290,10 +290,10 @@ Header read_header(std::string_view bytes) {
 }
 
 /// Into `p`, whose layers may hold what was decoded before.
-void decode_layers(const Header& h, ReusedBytes* buffer, Partial* out) {
+void decode_layers(const Header& h, size_t most_groups, ReusedBytes* buffer, Partial* out) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
   const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
-  const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid) : 0;
+  const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid, most_groups) : 0;
   if (h.payload_size < bounds.low || h.payload_size > bounds.high + aov_bytes)
     refuse_partial("payload of a size that does not fit");
   const std::span<char> unpacked = buffer->of(h.payload_size);
@@ -316,7 +316,7 @@ void decode_layers(const Header& h, ReusedBytes* buffer, Partial* out) {
   }
   read_splats(&in, h.layout, &p);
   if (h.layout.has_aovs) {
-    p.aovs = decode_aovs(in.rest(), tile_area, p.grid);
+    p.aovs = decode_aovs(in.rest(), tile_area, p.grid, most_groups);
   } else {
     in.expect_end();
   }
@@ -335,7 +335,7 @@ Header read_header(std::string_view bytes, const FilmGrid& grid, const TileSpec&
 Partial decoded(const Header& header) {
   ReusedBytes buffer;
   Partial partial;
-  decode_layers(header, &buffer, &partial);
+  decode_layers(header, kMaxLightGroups, &buffer, &partial);
   return partial;
 }
 
@@ -378,14 +378,17 @@ Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileS
   return decoded(read_header(bytes, grid, tile));
 }
 
-const Partial& PartialDecoder::decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
-  decode_layers(read_header(bytes, grid, tile), &payload_, &partial_);
+const Partial& PartialDecoder::decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile,
+                                      size_t most_groups) {
+  decode_layers(read_header(bytes, grid, tile), most_groups, &payload_, &partial_);
   return partial_;
 }
 
 size_t PartialDecoder::bytes() const {
   size_t aovs = partial_.aovs.direct_splats.capacity() * sizeof(SplatSum);
   for (const auto& layer : partial_.aovs.layers) aovs += layer.capacity() * sizeof(ExactRgb);
+  for (const GroupSums& group : partial_.aovs.groups)
+    aovs += group.camera.capacity() * sizeof(ExactRgb) + group.splats.capacity() * sizeof(SplatSum);
   return partial_.camera.capacity() * sizeof(ExactRgb) + partial_.splats.capacity() * sizeof(SplatSum) +
          aovs + payload_.capacity();
 }

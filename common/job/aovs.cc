@@ -12,15 +12,15 @@ struct Entry {
   const char* name;
   const char* channels;  // a letter each
 };
-constexpr Entry kEntries[] = {
-    {"albedo", "RGB"}, {"normal", "XYZ"},   {"depth", "Z"},      {"position", "XYZ"}, {"alpha", "A"},
-    {"direct", "RGB"}, {"indirect", "RGB"}, {"variance", "RGB"}, {"samples", "V"},    {"difference", "RGB"}};
+constexpr Entry kEntries[] = {{"albedo", "RGB"},     {"normal", "XYZ"},     {"depth", "Z"},
+                              {"position", "XYZ"},   {"alpha", "A"},        {"direct", "RGB"},
+                              {"indirect", "RGB"},   {"variance", "RGB"},   {"samples", "V"},
+                              {"difference", "RGB"}, {"lightgroups", "RGB"}};
 static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
 
-void append(const Entry& entry, const char* suffix, std::vector<std::string>* channels) {
-  for (const char* letter = entry.channels; *letter; ++letter) {
-    channels->emplace_back(entry.name).append(suffix).append(1, '.').append(1, *letter);
-  }
+void append(const std::string& layer, const char* letters, std::vector<std::string>* channels) {
+  for (const char* letter = letters; *letter; ++letter)
+    channels->emplace_back(layer).append(1, '.').append(1, *letter);
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ Aovs aovs_named(const std::string& names) {
   return set;
 }
 
-std::vector<std::string> aov_channels(Aovs set) {
+std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups) {
   std::vector<std::string> channels;
   for (unsigned i = 0; i < std::size(kEntries); ++i) {
     if (!(set >> i & 1)) continue;
@@ -65,10 +65,19 @@ std::vector<std::string> aov_channels(Aovs set) {
       channels.emplace_back("A");  // of the unnamed layer, beside R, G and B: what programs take for coverage
       continue;
     }
-    append(kEntries[i], "", &channels);
+    const Entry& entry = kEntries[i];
+    if (1u << i == kAovLightGroups) {
+      for (const std::string& name : groups) append("lightgroup_" + name, entry.channels, &channels);
+      for (const std::string& name : groups) {
+        if (set & kAovDifference) append("lightgroup_" + name + "_difference", entry.channels, &channels);
+      }
+      continue;
+    }
+    append(entry.name, entry.channels, &channels);
     if (1u << i != kAovDifference) continue;
     for (unsigned j = 0; j < i; ++j) {
-      if (set & kAovsOfHalves & (1u << j)) append(kEntries[j], "_difference", &channels);
+      if (set & kAovsOfHalves & (1u << j))
+        append(std::string(kEntries[j].name) + "_difference", kEntries[j].channels, &channels);
     }
   }
   return channels;

@@ -17,8 +17,13 @@
 //   of
 //             albedo, normal and depth where they are asked for, scaled so that its square is an estimate of
 //             the error's: image + difference and image - difference are two images of half the samples each
+//   lightgroups  the light of each light group (common/job/light_groups.h), RGB; they add up to the colour.
+//   With
+//             `difference`, that of each, too
 #include <string>
 #include <vector>
+
+#include "common/job/light_groups.h"
 
 namespace lightmill {
 
@@ -26,8 +31,8 @@ namespace lightmill {
 using Aovs = unsigned;
 inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
                       kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256,
-                      kAovDifference = 512;
-inline constexpr Aovs kAllAovs = (1u << 10) - 1;
+                      kAovDifference = 512, kAovLightGroups = 1024;
+inline constexpr Aovs kAllAovs = (1u << 11) - 1;
 /// What `lightmill denoise` goes by: "denoise" among names.
 inline constexpr Aovs kAovsToDenoise = kAovAlbedo | kAovNormal | kAovDepth | kAovDifference;
 /// Those of which `difference` has channels, too.
@@ -39,7 +44,8 @@ std::string aov_names(Aovs set);
 /// exist, listing those that do.
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
-/// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", and "A" for alpha.
-std::vector<std::string> aov_channels(Aovs set);
+/// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", "lightgroup_key.R",
+/// "lightgroup_key_difference.R", and "A" for alpha. `groups`: of the scene.
+std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups);
 
 }  // namespace lightmill

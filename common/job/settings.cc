@@ -45,6 +45,8 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
   if (s.plan) check_allocation(s.plan->allocation, s.grid);
+  if (!valid_light_groups(s.light_groups) || (!s.light_groups.empty() && !(s.aovs & kAovLightGroups)))
+    throw Error(kind, "unknown light groups");
   if (s.plan && s.aovs && !s.plan->allocation.uniform())
     throw Error(kind, "AOVs need as many samples in every pixel: add --uniform-sampling");
 }
@@ -104,6 +106,7 @@ std::string settings_to_json(const RenderSettings& s) {
   text.add("height", s.grid.height);
   text.add("integrator", integrator_name(s.integrator));
   text.add("interleaved", s.grid.interleaved);
+  if (!s.light_groups.empty()) text.add("light_groups", light_groups_text(s.light_groups));
   text.add("max_depth", s.max_depth);
   text.add("overrides", feature_names(s.overrides));
   text.add_raw("plan", s.plan ? plan_to_json(*s.plan) : "null");
@@ -141,8 +144,10 @@ RenderSettings settings_from_json(const std::string& text) {
     // Jobs of early versions lack some.
     const bool knows_uniform_sampling = j.contains("uniform_sampling"),
                knows_interleaved = j.contains("interleaved");
-    if (j.size() != 12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs"))
-      usage("render settings: exactly 14 fields are expected, and aovs where there are some");
+    if (j.size() !=
+        12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs") + j.contains("light_groups"))
+      usage(
+          "render settings: exactly 14 fields are expected, and aovs and light groups where there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -162,6 +167,8 @@ RenderSettings settings_from_json(const std::string& text) {
     s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_sampling").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
     if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());
+    if (j.contains("light_groups"))
+      s.light_groups = light_groups_of_text(j.at("light_groups").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());
     check_settings(s, ErrorKind::kUsage);
     return s;

@@ -47,6 +47,8 @@ struct RenderSettings {
   Features overrides = 0;
   /// Recorded beside the colour, which has the same bits with and without them.
   Aovs aovs = 0;
+  /// With kAovLightGroups: the scene's. Else empty.
+  LightGroups light_groups = {};
 };
 
 /// Whether a pilot has to choose the plan before anything can be rendered.

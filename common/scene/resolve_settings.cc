@@ -4,6 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/description.h"
+#include "common/scene/lights/scene_light_groups.h"
 #include "common/scene/possible_strategies.h"
 
 namespace lightmill {
@@ -104,6 +105,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.uniform_sampling = options.uniform_sampling;
   s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
   if (options.denoise) s.aovs |= kAovsToDenoise;
+  if (s.aovs & kAovLightGroups) s.light_groups = light_groups_of(scene);
   // AOVs are means over samples that all count the same.
   if (s.aovs) s.uniform_sampling = true;
   if (s.plan && s.uniform_sampling) s.plan->allocation = {};

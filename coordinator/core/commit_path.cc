@@ -113,7 +113,8 @@ CommitResult CommitPath::take_partial(const Delivery& delivery, const Claim& cla
   const Partial* decoded = nullptr;
   std::string digest;
   try {
-    decoded = &(*decoder)->decode(delivery.bytes, claim.settings.grid, claim.tile);
+    decoded = &(*decoder)->decode(delivery.bytes, claim.settings.grid, claim.tile,
+                                  claim.settings.light_groups.size());
     check_partial(*decoded, claim.tile, claim.settings, claim.quantum_exponent);
     digest = encoded_digest(delivery.bytes);
   } catch (const Error& e) {

@@ -68,6 +68,10 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
     refuse("it brings the AOVs \"" + aov_names(partial.aovs.spec.set) + "\", the job asked for \"" +
            aov_names(settings.aovs) + "\"");
   }
+  if (partial.aovs.spec.groups != settings.light_groups) {
+    refuse("it brings the light groups \"" + light_groups_text(partial.aovs.spec.groups) +
+           "\", the job's scene has \"" + light_groups_text(settings.light_groups) + "\"");
+  }
   if (!(partial.cpu_seconds >= 0 && partial.cpu_seconds <= kMaxCpuSeconds))
     refuse("its CPU time is out of range");
 }
@@ -75,14 +79,17 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
 double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
   const auto pixels = static_cast<double>(settings.grid.pixels(tile.cells).area());
   const auto window = static_cast<double>(settings.grid.crop.area());
-  const double aovs =
-      settings.aovs ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid)) : 0;
+  const double aovs = settings.aovs
+                          ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid,
+                                                                  settings.light_groups.size()))
+                          : 0;
   return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs;
 }
 
 uint64_t max_encoded_bytes(uint64_t tile_pixels, const RenderSettings& settings) {
   const FilmGrid& grid = settings.grid;
-  const uint64_t aovs = settings.aovs ? max_aov_bytes(static_cast<size_t>(tile_pixels), grid) : 0;
+  const uint64_t aovs =
+      settings.aovs ? max_aov_bytes(static_cast<size_t>(tile_pixels), grid, settings.light_groups.size()) : 0;
   return kPartialOverhead + tile_pixels * kBytesPerSum +
          static_cast<uint64_t>(grid.crop.area()) * kBytesPerSplat + aovs;
 }

@@ -34,6 +34,7 @@ class WavefrontWorkspace : public Workspace {
   void record_aovs(const AovSpec& spec) {
     if (spec.set && (!aovs || !(aovs->spec() == spec))) aovs = std::make_unique<AovRecorder>(spec);
     wavefront->aovs = spec.set ? aovs.get() : nullptr;
+    wavefront->groups = spec.set ? aovs->groups() : nullptr;
   }
 
  private:
@@ -211,6 +212,12 @@ struct Renderer::Impl {
       allocation.emplace(s.grid, sampling.allocation);
       context.allocation = &*allocation;
     }
+    if (s.aovs & kAovLightGroups && s.light_groups != world->scene.light_groups) {
+      throw Error(ErrorKind::kUsage, "the settings name other light groups (\"" +
+                                         light_groups_text(s.light_groups) + "\") than the scene (\"" +
+                                         light_groups_text(world->scene.light_groups) +
+                                         "\"): take the settings from this scene");
+    }
     if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {
       throw Error(
           ErrorKind::kUsage,
@@ -252,7 +259,9 @@ bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLig
 AovSpec Renderer::aovs() const {
   const RenderScene& s = impl_->world->scene;
   if (!impl_->settings.aovs) return {};
-  return {impl_->settings.aovs, {s.scale_exponent, {s.origin.x, s.origin.y, s.origin.z}}};
+  return {impl_->settings.aovs,
+          {s.scale_exponent, {s.origin.x, s.origin.y, s.origin.z}},
+          impl_->settings.light_groups};
 }
 
 std::unique_ptr<Workspace> Renderer::make_workspace() const { return std::make_unique<WavefrontWorkspace>(); }

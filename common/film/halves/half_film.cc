@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "common/film/crop_walk.h"
+#include "common/film/layer_sums.h"
 #include "common/film/packing.h"
 #include "common/film/stored_layer.h"
 #include "common/job/replicates.h"
@@ -20,22 +20,6 @@ bool of_replicate_0(const TileSpec& tile) {
          replicate_of(begin).replicate == 0;
 }
 
-void add_sum(const ExactRgb& sum, bool subtract, ExactRgb* to) {
-  for (int c = 0; c < 3; ++c) to->c[c] += subtract ? Units{0} - sum.c[c] : sum.c[c];
-}
-
-void add_rectangle(const FilmGrid& grid, const PixelRect& r, const std::vector<ExactRgb>& from, bool subtract,
-                   std::vector<ExactRgb>* to) {
-  if (from.empty()) return;
-  if (to->empty()) to->resize(static_cast<size_t>(grid.crop.area()));
-  const ExactRgb* source = from.data();
-  for (int y = r.y0; y < r.y1; ++y) {
-    const int64_t first = int64_t{y - grid.crop.y0} * grid.crop.width() + r.x0 - grid.crop.x0;
-    ExactRgb* target = &(*to)[static_cast<size_t>(first)];
-    for (int x = r.x0; x < r.x1; ++x) add_sum(*source++, subtract, target++);
-  }
-}
-
 }  // namespace
 
 bool HalfFilm::holds(const TileSpec& tile) const {
@@ -44,6 +28,7 @@ bool HalfFilm::holds(const TileSpec& tile) const {
 
 void HalfFilm::fold(const Partial& partial, const Film& film) {
   const int64_t begin = partial.tile.sample_begin;
+  groups_.resize(partial.aovs.groups.size());
   if (half_end_ < kSuperblockSamples && begin >= 2 * half_end_) {
     // The film has nothing yet from here on, but for this partial.
     half_end_ =
@@ -51,6 +36,7 @@ void HalfFilm::fold(const Partial& partial, const Film& film) {
     camera_ = film.camera;
     splat_ = film.splat;
     for (const AovLayer layer : kLayersOfHalves) layers_[layer] = film.aovs.layers[layer];
+    groups_ = film.groups;
     cell_samples_ = film.cell_samples;
     light_paths_ = film.light_paths;
     if (!holds(partial.tile)) add(partial, true);
@@ -66,10 +52,10 @@ void HalfFilm::add(const Partial& partial, bool subtract) {
   for (const AovLayer layer : kLayersOfHalves) {
     add_rectangle(grid, r, partial.aovs.layers[layer], subtract, &layers_[layer]);
   }
-  if (!partial.splats.empty() && splat_.empty()) splat_.resize(static_cast<size_t>(grid.crop.area()));
-  CropWalk crop_index(grid);
-  for (const SplatSum& splat : partial.splats) {
-    add_sum(splat.sum, subtract, &splat_[static_cast<size_t>(crop_index(splat.pixel))]);
+  add_splats(grid, partial.splats, subtract, &splat_);
+  for (size_t i = 0; i < groups_.size(); ++i) {
+    add_rectangle(grid, r, partial.aovs.groups[i].camera, subtract, &groups_[i].camera);
+    add_splats(grid, partial.aovs.groups[i].splats, subtract, &groups_[i].splat);
   }
   light_paths_ += subtract ? uint64_t{0} - partial.light_paths : partial.light_paths;
   if (partial.camera.empty()) return;  // as the film counts
@@ -92,9 +78,13 @@ void HalfFilm::write(ByteWriter* out) const {
   put_stored_layer(camera_, out);
   put_stored_layer(splat_, out);
   for (const AovLayer layer : kLayersOfHalves) put_stored_layer(layers_[layer], out);
+  for (const GroupLayers& group : groups_) {
+    put_stored_layer(group.camera, out);
+    put_stored_layer(group.splat, out);
+  }
 }
 
-void HalfFilm::read(ByteReader* in, const FilmGrid& grid) {
+void HalfFilm::read(ByteReader* in, const FilmGrid& grid, size_t groups) {
   half_end_ = in->get<int64_t>();
   if (half_end_ < 1 || half_end_ > kSuperblockSamples) in->fail("unknown half");
   light_paths_ = in->get<uint64_t>();
@@ -109,6 +99,11 @@ void HalfFilm::read(ByteReader* in, const FilmGrid& grid) {
   camera_ = get_stored_layer(pixels, in);
   splat_ = get_stored_layer(pixels, in);
   for (const AovLayer layer : kLayersOfHalves) layers_[layer] = get_stored_layer(pixels, in);
+  groups_.resize(groups);
+  for (GroupLayers& group : groups_) {
+    group.camera = get_stored_layer(pixels, in);
+    group.splat = get_stored_layer(pixels, in);
+  }
 }
 
 }  // namespace lightmill

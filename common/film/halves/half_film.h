@@ -24,6 +24,11 @@ namespace lightmill {
 class ByteReader;
 class ByteWriter;
 
+/// The layers of a light group in a film, as the film's own. `splat` is empty until one arrives.
+struct GroupLayers {
+  std::vector<ExactRgb> camera, splat;
+};
+
 class HalfFilm {
  public:
   /// The layers of the whole film. All may be empty, except for the cells' samples.
@@ -31,6 +36,7 @@ class HalfFilm {
     const std::vector<ExactRgb>& camera;
     const std::vector<ExactRgb>& splat;
     const AovSums& aovs;
+    const std::vector<GroupLayers>& groups;
     const std::vector<int64_t>& cell_samples;
     uint64_t light_paths;
   };
@@ -41,12 +47,18 @@ class HalfFilm {
   ExactRgb camera(size_t pixel) const { return at(camera_, pixel); }
   ExactRgb splat(size_t film_pixel) const { return at(splat_, film_pixel); }
   ExactRgb layer(AovLayer layer, size_t pixel) const { return at(layers_[layer], pixel); }
+  /// Of light group `group`, one of those that have layers.
+  ExactRgb group_camera(size_t group, size_t pixel) const { return at(groups_.at(group).camera, pixel); }
+  ExactRgb group_splat(size_t group, size_t film_pixel) const {
+    return at(groups_.at(group).splat, film_pixel);
+  }
   int64_t samples(size_t cell) const { return cell < cell_samples_.size() ? cell_samples_[cell] : 0; }
   uint64_t light_paths() const { return light_paths_; }
 
   /// Part of the film's snapshot.
   void write(ByteWriter* out) const;
-  void read(ByteReader* in, const FilmGrid& grid);
+  /// `groups`: how many light groups have layers.
+  void read(ByteReader* in, const FilmGrid& grid, size_t groups);
 
  private:
   bool holds(const TileSpec& tile) const;
@@ -58,6 +70,7 @@ class HalfFilm {
   int64_t half_end_ = 1;  // samples before it are the half; kSuperblockSamples: those of replicate 0 are
   std::vector<ExactRgb> camera_, splat_;
   std::array<std::vector<ExactRgb>, kAovLayers> layers_;  // albedo, normal and depth, if they are asked for
+  std::vector<GroupLayers> groups_;
   std::vector<int64_t> cell_samples_;
   uint64_t light_paths_ = 0;
 };

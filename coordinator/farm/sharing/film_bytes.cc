@@ -25,6 +25,9 @@ double film_bytes(const RenderSettings& settings) {
   for (int layer = 0; layer < kAovLayers; ++layer) {
     if (settings.aovs && needs_layer(settings.aovs, layer)) sums += layer == kDirectLayer ? 2 : 1;
   }
+  const auto groups = static_cast<int>(group_layers(settings.light_groups));
+  sums += groups * (undecided || has_splat_layer(settings) ? 2 : 1);
+  if (settings.aovs & kAovDifference) sums *= 2;
   const int64_t superblocks = (settings.spp + kSuperblockSamples - 1) / kSuperblockSamples;
   const double batches =
       std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));

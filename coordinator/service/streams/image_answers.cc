@@ -63,7 +63,8 @@ std::shared_ptr<const ImageAnswer> ImageAnswers::get(const v1::FetchImageRequest
 std::shared_ptr<const ImageAnswer> ImageAnswers::resolve(const v1::FetchImageRequest& request,
                                                          const JobStatus& job) const {
   auto answer = std::make_shared<ImageAnswer>();
-  const size_t channels = 3 + (request.with_aovs() ? aov_channels(job.settings.aovs).size() : 0);
+  const size_t channels =
+      3 + (request.with_aovs() ? aov_channels(job.settings.aovs, job.settings.light_groups).size() : 0);
   const auto pixels = static_cast<uint64_t>(job.settings.grid.crop.area());
   answer->share = memory_.take(pixels * channels * sizeof(float));
   if (request.max_side() > 0) {

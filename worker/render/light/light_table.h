@@ -129,6 +129,7 @@ struct LightTable {
   SharedList<VolumeLight> volumes;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
   std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
+  std::vector<int32_t> group_of;         // per light: its light group; empty if the scene has one at most
   std::vector<RayKinds> hidden;          // per light: rays that do not see it; empty if none is hidden
   std::vector<MovingLight> moving;       // per light; empty if none moves
   std::vector<float> moving_steps;       // kMovingFloats each
@@ -160,6 +161,8 @@ struct LightTable {
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
   /// Gives the last light a pattern.
   void add_pattern(const EmitterPattern& pattern);
+  /// Puts the lights added since the last call into a light group. Either all lights are put into one, or none is.
+  void join_group(int32_t group) { group_of.resize(type.size(), group); }
   /// Hides the last light from rays of these kinds. From all but the camera's: it gives no light.
   void hide(RayKinds kinds);
   /// Whether the light is hidden from rays of these kinds.

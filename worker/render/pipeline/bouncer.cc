@@ -155,6 +155,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
     const LaneMask connectable = connectable_lanes<K>(h);
     add_guide(scene, connectable, &h.v);
     mark_unseen(scene, h.path, connectable, &h.v);
+    if (w.groups) h.v.group = gather(w.groups->of_path, g.slot);
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {
       recorder->hit(true, g.slot, g.active, inv_cos);
       recorder->store(true, w.light_vertices.size(), g.slot, connectable);
@@ -168,6 +169,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
   for_each_vertex<K>(scene, layer, ends, Mode::kImportance, depth, w, meet);
   for_each_leaving<K>(context, layer, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
     mark_unseen(scene, h.path, h.valid, &h.v);
+    if (w.groups) h.v.group = gather(w.groups->of_path, g.slot);
     if (StrategyRecorder* recorder = recorder_of<K>(w))
       recorder->store(true, w.light_vertices.size(), g.slot, h.valid);
     append_vertices(h.v, mask_bits(h.valid), &w.light_vertices);

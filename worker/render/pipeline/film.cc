@@ -12,7 +12,7 @@ void film_add_to_paths(Wavefront& w) {
   const ShadowRays& q = w.shadow;
   for (int i = 0; i < q.count; ++i) {
     if (q.occluded[i]) continue;
-    add_to_path(w, static_cast<size_t>(q.target[i]), q.r[i], q.g[i], q.b[i]);
+    add_to_path(w, static_cast<size_t>(q.target[i]), q.r[i], q.g[i], q.b[i], w.groups ? q.group[i] : 0);
   }
 }
 
@@ -21,6 +21,7 @@ void film_add_splats(const StageContext& context, Wavefront& w) {
   const auto add = [&](int i, int32_t pixel, float share) {
     const float f = share * context.light_factor;
     w.splats.push_back({static_cast<uint32_t>(pixel), f * q.r[i], f * q.g[i], f * q.b[i]});
+    if (w.groups) w.groups->splat_groups.push_back(static_cast<uint8_t>(q.group[i]));
     if (context.response) context.response->mix(&w.splats.back().r, &w.splats.back().g, &w.splats.back().b);
   };
   const bool spread = !context.filter.is_one_pixel();

@@ -128,6 +128,13 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
   if (w.aovs) w.aovs->finish_layer(context, quantum_exponent, w);
 }
 
+void hand_over_splats(Wavefront& w, PartialBuilder* builder) {
+  if (w.splats.empty()) return;
+  if (builder) builder->add_splats(w.splats);
+  if (w.groups) w.aovs->group_splats(w.splats, builder);
+  w.splats.clear();
+}
+
 }  // namespace
 
 void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent, Wavefront& w,
@@ -164,13 +171,10 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       const bool rest = s + 1 == packet.sample_end || context.on(kVertexConnections);
       while (w.slots.begin_waiting_pass(rest)) camera_pass(context, layer, quantum_exponent, w);
     }
-    if (w.splats.size() >= kSplatBatch) {
-      if (builder) builder->add_splats(w.splats);
-      w.splats.clear();
-    }
+    if (w.splats.size() >= kSplatBatch) hand_over_splats(w, builder);
   }
   if (!builder) return;
-  if (!w.splats.empty()) builder->add_splats(w.splats);
+  hand_over_splats(w, builder);
   if (camera_layer)
     builder->add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
   if (w.aovs) w.aovs->finish_packet(packet, *builder);

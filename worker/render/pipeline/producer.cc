@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/paths/path_io.h"
 #include "worker/render/pipeline/paths/path_kinds.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -115,6 +116,7 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);
     if (StrategyRecorder* recorder = recorder_of<K>(wavefront))
       recorder->start_light_paths(base, path.dvc, e.light, e.direction);
+    if (wavefront.groups) store(wavefront.groups->of_path + base, groups_of(wavefront, lights, e.light));
     path.light = e.light;
     path.cos_light = e.cos_light;
     if (K::kMedia && !lights.media.empty()) {

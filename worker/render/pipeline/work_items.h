@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/film/partial.h"
+#include "common/job/light_groups.h"
 #include "common/job/packet_grid.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
@@ -64,16 +65,17 @@ struct alignas(64) Vertex {
     kDvcm = 16,
     kDvc = 17,
     kKind = 18,
-    kPathAndDepth = 19,  // slot, or kUnseen + slot, + (depth << kDepthShift)
+    kPathAndDepth = 19,  // slot + (group << kGroupShift) + kUnseen, if so, + (depth << kDepthShift)
     kParams = 20,
     kGuide = 30,  // see VertexLanes
     kMedia = 31   // sides (medium.h)
   };
-  static constexpr int kDepthShift = 16, kUnseen = 1 << 15;
+  static constexpr int kGroupShift = 10, kDepthShift = 16, kUnseen = 1 << 15;
+  static_assert(kWavefront == 1 << kGroupShift && kMaxLightGroups <= kUnseen >> kGroupShift);
   float f[32];
   Vertex() {}  // not zeroed: the code that appends one fills it
   Vec3<float> vec(int slot) const { return {f[slot], f[slot + 1], f[slot + 2]}; }
-  int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & (kUnseen - 1); }
+  int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & (kWavefront - 1); }
   BsdfKind kind() const { return static_cast<BsdfKind>(std::bit_cast<int32_t>(f[kKind])); }
   int32_t depth() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) >> kDepthShift; }
 };
@@ -86,11 +88,27 @@ struct ShadowRays {
   alignas(32) float tfar[kCapacity];
   float r[kCapacity], g[kCapacity], b[kCapacity];
   int32_t target[kCapacity];  // path slot, or of a splat SplatTarget::pixel
+  int32_t group[kCapacity];   // light group; set with Wavefront::groups
   // Of splats: place on the raster, and a uniform number for small filter weights.
   float raster_x[kCapacity], raster_y[kCapacity], small_choice[kCapacity];
   float time[kCapacity];  // set if an instance moves
   uint8_t occluded[kCapacity];
   int count = 0;
+};
+
+/// What a wavefront keeps of light groups (common/job/light_groups.h) while a tile records them.
+struct GroupedLight {
+  explicit GroupedLight(size_t groups) : count(groups), radiance(groups * kWavefront) {}
+  void add(int32_t group, size_t slot, float r, float g, float b) {
+    std::array<float, 3>& sum = radiance[slot * count + static_cast<size_t>(group)];
+    sum[0] += r;
+    sum[1] += g;
+    sum[2] += b;
+  }
+  const size_t count;
+  std::vector<std::array<float, 3>> radiance;    // of camera paths, by slot and group
+  alignas(32) int32_t of_path[kWavefront] = {};  // of light paths, by slot
+  std::vector<uint8_t> splat_groups;             // of Wavefront::splats
 };
 
 class StrategyRecorder;  // strategy_recorder.h
@@ -113,13 +131,14 @@ struct Wavefront {
   std::vector<ExactRgb> camera_sums;  // the packet's cell
   std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
-  Dropped dropped, dropped_light;           // of camera paths, and of light paths before they are splats
-  StrategyRecorder* recorder = nullptr;     // not owned; null but for diagnosis
-  AovRecorder* aovs = nullptr;              // not owned; null unless the tile has AOVs
-  StageProbe* probe = nullptr;              // not owned; null but for benches
-  std::shared_ptr<AlphaWork> alphas;        // null unless surfaces stop a part of the rays, and without media
-  std::shared_ptr<MediaWork> media;         // null unless the scene has media
-  std::shared_ptr<BodyWalks> bodies;        // null unless light walks through bodies
+  Dropped dropped, dropped_light;        // of camera paths, and of light paths before they are splats
+  StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
+  AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
+  GroupedLight* groups = nullptr;        // not owned; null unless the tile records two light groups or more
+  StageProbe* probe = nullptr;           // not owned; null but for benches
+  std::shared_ptr<AlphaWork> alphas;     // null unless surfaces stop a part of the rays, and without media
+  std::shared_ptr<MediaWork> media;      // null unless the scene has media
+  std::shared_ptr<BodyWalks> bodies;     // null unless light walks through bodies
   std::shared_ptr<ManifoldWork> manifolds;  // null unless the scene has seeds of manifold walks
 };
 

@@ -4,12 +4,15 @@
 // Normalised space has the camera at the origin. Lengths are scaled by 2^scale_exponent (exact), so that the
 // scene's extent is about 1. Point intensities are scaled by its square. Radiance does not change, nor does
 // the image. Primitives are numbered: triangles first, then spheres.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/job/features.h"
+#include "common/job/light_groups.h"
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/camera/camera.h"
@@ -155,6 +158,18 @@ struct RenderScene {
   std::vector<int32_t> primitive_flags;
   static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8, kUnseen = 16, kMasked = 32;
 
+  // Light groups (common/job/light_groups.h). Numbers are places in the list.
+  LightGroups light_groups;
+  std::vector<int32_t> medium_groups;  // per medium, of its emission; empty if there is one group at most
+  /// Puts the last light into the group of this name; one that is not in the list: into the rest.
+  void join_light_group(const std::string& name) {
+    if (light_groups.size() > 1) lights.join_group(light_group_number(name));
+  }
+  int32_t light_group_number(const std::string& name) const {
+    const auto found = std::find(light_groups.begin(), light_groups.end(), name);
+    return static_cast<int32_t>(
+        std::min<ptrdiff_t>(found - light_groups.begin(), std::ssize(light_groups) - 1));
+  }
   // Participating media (medium.h) and panes (pane.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
   std::vector<int32_t> primitive_media;  // sides per primitive

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/scene/lights/scene_light_groups.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
@@ -72,6 +73,15 @@ class SceneBuilder {
     const Matrix& c2w = in_.camera.camera_to_world.m;
     out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
     measure();
+    size_t groups_left_out = 0;
+    out_.light_groups = light_groups_of(in_, &groups_left_out);
+    if (groups_left_out > 0) {
+      out_.warnings.push_back({{},
+                               Severity::kWarning,
+                               "the scene has more than " + std::to_string(kMaxLightGroups - 1) +
+                                   " light groups: " + std::to_string(groups_left_out) +
+                                   " are left to the group \"rest\""});
+    }
     media_->write(threads_, &out_);
     if (const int cycle = mix_in_a_cycle(in_.materials); cycle >= 0) {
       throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +

@@ -53,7 +53,7 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
       seen = mask_and(seen, mask_not(counted));
     }
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
-    add_radiance(w, g.slot, seen, c);
+    add_radiance(w, g.slot, seen, c, groups_of(w, lights, light));
     if (recorder_of<K>(w)) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
   }
 }
@@ -94,7 +94,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
         counted_by_manifolds(context, h.v.path, shines, light, h.v.p, splat_mask<Lane>(false), depth, w);
     shines = mask_and(shines, mask_not(counted));
   }
-  add_radiance(w, h.v.path, shines, c);
+  add_radiance(w, h.v.path, shines, c, groups_of(w, lights, light));
   if (recorder_of<K>(w)) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 

@@ -5,6 +5,7 @@
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/splat_target.h"
 #include "worker/render/pipeline/paths/path_kinds.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 
@@ -80,6 +81,7 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
     c.path = v.path;
+    c.group = v.group;
     set_raster(context, lens, stream, vertex_dim(depth, kDimSplatSmall), &c);
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
@@ -138,6 +140,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
   c.path = slot;
+  c.group = groups_of(w, context.lights, e.light);
   set_raster(context, lens, stream, vertex_dim(0, kDimSplatSmall), &c);
   // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt an addition to s
   // = 0.

@@ -7,6 +7,7 @@
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/volume_light_sampling.h"
 #include "worker/render/pipeline/paths/path_kinds.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
@@ -73,6 +74,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     c.tfar =
         select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
     c.target = c.path = v.path;
+    c.group = groups_of(w, lights, d.light);
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {

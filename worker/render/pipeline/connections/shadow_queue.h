@@ -25,6 +25,7 @@ struct Candidates {
   Vec3<Lane> value;
   LaneInt target;
   LaneInt path;                                 // slot of the path that gives the time
+  LaneInt group{};                              // light group (groups_of)
   Lane raster_x{}, raster_y{}, small_choice{};  // of splats
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
@@ -72,6 +73,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
+  if (w.groups) add(q.group, c.group);
   if (splats) add(q.raster_x, c.raster_x), add(q.raster_y, c.raster_y), add(q.small_choice, c.small_choice);
   if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)

@@ -72,6 +72,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       c.direction = offset_origin(l.p, l.error, l.ng, -wi) - c.origin;
       c.tfar = splat<Lane>(kSegmentEnd);
       c.target = c.path = v.path;
+      c.group = l.group;
       const Lane u =
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + j % kConnectRouletteDims))

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "worker/render/light/light_table.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {
@@ -26,19 +27,27 @@ inline void drop_not_finite_light(Wavefront& w) {
   w.dropped_light.add(DropKind::kNotFinite, 1);
 }
 
-/// Adds a contribution. One that is not finite is left out and counted: the path's other light is kept.
-inline void add_to_path(Wavefront& w, size_t slot, float r, float g, float b) {
+/// Adds a contribution of a light group. One that is not finite is left out and counted: the path's other
+/// light is kept.
+inline void add_to_path(Wavefront& w, size_t slot, float r, float g, float b, int32_t group) {
   if (!is_finite(r, g, b)) return drop_not_finite(w, slot);
+  if (w.groups) w.groups->add(group, slot, r, g, b);
   w.radiance_r[slot] += r;
   w.radiance_g[slot] += g;
   w.radiance_b[slot] += b;
 }
 
-/// The same for the lanes in `m`, in lane order.
-inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
+/// The light groups of lights; 0 where nobody asks. Every index must be valid.
+inline LaneInt groups_of(const Wavefront& w, const LightTable& lights, LaneInt light) {
+  return w.groups ? gather(lights.group_of.data(), light) : LaneInt{};
+}
+
+/// The same for the lanes in `m`, in lane order. `group`: see groups_of.
+inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c, LaneInt group) {
   for (unsigned bits = mask_bits(m); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
-    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(c.x, l), lane(c.y, l), lane(c.z, l));
+    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(c.x, l), lane(c.y, l), lane(c.z, l),
+                lane(group, l));
   }
 }
 

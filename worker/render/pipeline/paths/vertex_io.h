@@ -12,6 +12,7 @@ struct VertexLanes {
   Vec3<F> p, ng, ns, wo, throughput;
   F error{}, dvcm{}, dvc{};
   IntOf<F> kind{}, path{}, depth{};
+  IntOf<F> group{};   // of light vertices, with Wavefront::groups: the light group of what they carry
   IntOf<F> unseen{};  // Vertex::kUnseen for a light vertex that is hidden from the camera, else 0
   IntOf<F> media{};   // of its two sides (medium.h); within a medium, that for both
   /// Of light vertices: density of the photon guide towards `wo`, or kUnguided without a table.
@@ -33,7 +34,8 @@ void to_rows(const VertexLanes<F>& v, F r[32]) {
   r[Vertex::kDvcm] = v.dvcm;
   r[Vertex::kDvc] = v.dvc;
   r[Vertex::kKind] = bits_float(as_uint(v.kind));
-  r[Vertex::kPathAndDepth] = bits_float(as_uint((v.path | v.unseen) + (v.depth << Vertex::kDepthShift)));
+  r[Vertex::kPathAndDepth] = bits_float(
+      as_uint((v.path | v.unseen) + (v.group << Vertex::kGroupShift) + (v.depth << Vertex::kDepthShift)));
   for (int i = 0; i < kBsdfParams; ++i) r[Vertex::kParams + i] = v.params.p[i];
   r[Vertex::kGuide] = v.guide;
   r[Vertex::kMedia] = bits_float(as_uint(v.media));
@@ -53,7 +55,8 @@ VertexLanes<F> from_rows(const F r[32]) {
   v.dvc = r[Vertex::kDvc];
   v.kind = as_int(float_bits(r[Vertex::kKind]));
   const IntOf<F> both = as_int(float_bits(r[Vertex::kPathAndDepth]));
-  v.path = both & (Vertex::kUnseen - 1);
+  v.path = both & (kWavefront - 1);
+  v.group = (both & (Vertex::kUnseen - 1)) >> Vertex::kGroupShift;
   v.unseen = both & Vertex::kUnseen;
   v.depth = both >> Vertex::kDepthShift;
   for (int i = 0; i < kBsdfParams; ++i) v.params.p[i] = r[Vertex::kParams + i];

@@ -6,18 +6,20 @@
 
 namespace lightmill {
 
-void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, Lane mis, FamilyRatios ratios,
-              const StageContext& context, Wavefront& w) {
+void add_glow(int depth, LaneInt slot, LaneMask mask, LaneInt medium, Vec3<Lane> glow, Lane mis,
+              FamilyRatios ratios, const StageContext& context, Wavefront& w) {
   if (!any(mask)) return;
   glow = glow * splat<Lane>(context.imaging_ratio);
-  add_radiance(w, slot, mask, glow);
+  const LaneInt group =
+      w.groups ? gather(context.scene.medium_groups.data(), select(mask, medium, LaneInt{})) : LaneInt{};
+  add_radiance(w, slot, mask, glow, group);
   if (!w.recorder) return;
   add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
   w.recorder->emission(depth + 1, slot, mask, glow, mis, ratios);
 }
 
-void add_grid_glow(int depth, LaneInt slot, LaneMask mask, const VolumeWay<Lane>& found, Lane dvc,
-                   const StageContext& context, Wavefront& w) {
+void add_grid_glow(int depth, LaneInt slot, LaneMask mask, LaneInt medium, const VolumeWay<Lane>& found,
+                   Lane dvc, const StageContext& context, Wavefront& w) {
   const Lane weighted = found.glow.x + found.glow.y + found.glow.z;
   const LaneMask shines = mask_and(mask, mask_not(LaneMask(weighted <= 0.0f)));
   const Lane mis = select(shines, weighted / found.all_glow, splat<Lane>(1.0f));
@@ -30,7 +32,7 @@ void add_grid_glow(int depth, LaneInt slot, LaneMask mask, const VolumeWay<Lane>
     w.recorder->add_camera_path(
         slot, select(joined, light_paths / select(joined, dvc, splat<Lane>(1.0f)), Lane{}), dvc, &ratios);
   }
-  add_glow(depth, slot, shines, found.glow, mis, ratios, context, w);
+  add_glow(depth, slot, shines, medium, found.glow, mis, ratios, context, w);
 }
 
 void compete(const StageContext& context, int depth, LaneMask varies, const PathLanes<Lane>& path,

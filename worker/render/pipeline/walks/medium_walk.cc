@@ -175,7 +175,7 @@ class Step {
     // Coefficients where the segment ends, if in a medium.
     Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering);
     if (any(g.varies)) {
-      if (shines_) add_grid_glow(depth_, e.slot, g.varies, found, path.dvc, context_, w_);
+      if (shines_) add_grid_glow(depth_, e.slot, g.varies, path.medium, found, path.dvc, context_, w_);
       g.left = select(g.varies, found.left, g.left);
       g.drawn = select(g.varies, found.drawn, g.drawn);
       g.optical = select(g.varies, found.optical, g.optical);
@@ -201,8 +201,8 @@ class Step {
     if (shines_ && any(collides)) {
       const Vec3<Lane> shown = arrived * medium.rgb(kMediumEmission);
       const LaneMask shining = mask_and(collides, mask_not(LaneMask(max_component(shown) <= 0.0f)));
-      add_glow(depth_, e.slot, mask_and(shining, mask_not(g.varies)), shown, splat<Lane>(1.0f), {}, context_,
-               w_);
+      add_glow(depth_, e.slot, mask_and(shining, mask_not(g.varies)), path.medium, shown, splat<Lane>(1.0f),
+               {}, context_, w_);
     }
     path.throughput = select(collides, arrived * scattering, arrived);
     path.dvcm = path.dvcm / (mean(passed) * g.panes);  // M3

@@ -195,6 +195,7 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   double power = M_PI * area * mean(radiance) * (light.two_sided ? 2 : 1);
   if (!patterned(in_, shape) && !unseen) {
     out_.lights.add(type, record, power);
+    out_.join_light_group(light.light_group);
     out_.lights.hide(shape.hidden);
     return out_.lights.count() - 1;
   }
@@ -219,6 +220,7 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   power *= std::max(shown.mean, from.least_mean);
   out_.lights.add(type, record, power);
   out_.lights.add_pattern(pattern);
+  out_.join_light_group(light.light_group);
   out_.lights.hide(shape.hidden);
   return out_.lights.count() - 1;
 }

@@ -301,7 +301,10 @@ void add_light(const LightDescription& light, RenderScene* scene) {
   try {
     std::visit([&](const auto& l) { builder.add(l); }, light.kind);
     if (!light.later.empty() && scene->lights.count() == before + 1) add_steps(light, builder, scene);
-    if (scene->lights.count() > before) scene->lights.hide(light.hidden);
+    if (scene->lights.count() > before) {
+      scene->join_light_group(light.light_group);
+      scene->lights.hide(light.hidden);
+    }
     scene->hides |= light.hidden;
   } catch (const Error& e) {
     if (light.location.file.empty()) throw;

@@ -217,6 +217,7 @@ void add_volume_lights(int threads, RenderScene* scene) {
     record[kGridLight] = std::bit_cast<float>(light.light);
     const std::array<float, kLightFloats> box = source.record(bricks, &light);
     lights.add(kVolumeLight, box, power);
+    if (!scene->medium_groups.empty()) lights.join_group(scene->medium_groups[static_cast<size_t>(medium)]);
     if (const std::vector<float> steps = source.steps(box); !steps.empty())
       lights.set_moving(light.light, steps);
     lights.media.resize(static_cast<size_t>(lights.count()), medium_sides(medium, medium));

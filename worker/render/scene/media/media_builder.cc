@@ -84,9 +84,12 @@ void MediaBuilder::write(int threads, RenderScene* scene) {
                 "the scene has more than " + std::to_string(kMaxMedia) + " media, which is the limit");
   scene->volumes.values = SpillArray<float>(area_);
   scene->media.assign((static_cast<size_t>(count_) + 1) * kMediumFloats, 0.0f);
+  if (scene->light_groups.size() > 1) scene->medium_groups.resize(static_cast<size_t>(count_) + 1);
   for (size_t i = 0; i < media_.size(); ++i) {
     if (number_[i] == 0) continue;
     MediumDescription& m = media_[i];
+    if (!scene->medium_groups.empty())
+      scene->medium_groups[static_cast<size_t>(number_[i])] = scene->light_group_number(m.light_group);
     float* record = &scene->media[static_cast<size_t>(number_[i]) * kMediumFloats];
     const float a[3] = {m.sigma_a.r, m.sigma_a.g, m.sigma_a.b},
                 s[3] = {m.sigma_s.r, m.sigma_s.g, m.sigma_s.b},

@@ -64,7 +64,7 @@ TEST(Aovs, NobodyCanTellWhoRenderedWhat) {
     film.fold(sent);
     const Film restored = Film::restore(film.snapshot());
     EXPECT_EQ(film.resolve_aovs().image.data, restored.resolve_aovs().image.data);
-    EXPECT_EQ(restored.resolve_aovs().channels, aov_channels(kAllAovs));
+    EXPECT_EQ(restored.resolve_aovs().channels, aov_channels(kAllAovs, {}));
   }
 }
 
@@ -200,7 +200,7 @@ TEST(Aovs, BytesThatNobodyWroteAreRefused) {
   const size_t pixels = partial.camera.size();
   ASSERT_EQ(decode_aovs(good, pixels, settings.grid), partial.aovs);
   ASSERT_FALSE(partial.aovs.direct_splats.empty());
-  EXPECT_LE(good.size(), max_aov_bytes(pixels, settings.grid));
+  EXPECT_LE(good.size(), max_aov_bytes(pixels, settings.grid, 0));
   for (size_t size = 0; size < good.size(); size += 1 + size / 50) {
     EXPECT_THROW(decode_aovs(std::string_view(good).substr(0, size), pixels, settings.grid), Error) << size;
   }
@@ -214,7 +214,7 @@ TEST(Aovs, BytesThatNobodyWroteAreRefused) {
     bad[at] = static_cast<char>(random.bits());
     try {
       const AovSums sums = decode_aovs(bad, pixels, settings.grid);
-      check_aovs(sums, pixels, settings.spp, partial.camera, partial.splats);
+      check_aovs(sums, settings.grid, pixels, settings.spp, partial.camera, partial.splats);
     } catch (const Error&) {
       ++refused;
     }
