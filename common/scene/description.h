@@ -91,7 +91,7 @@ struct AreaLightDescription {
   SourceLocation location;
   int texture = -1;                // index into SceneDescription::textures, or -1
   bool of_mean_luminance = false;  // `radiance` is for a texture of mean luminance 1: divide by what it has
-  std::string light_group;         // of the AOV `lightgroups`; empty: none
+  std::string light_group = {};    // of the AOV `lightgroups`; empty: none
 };
 /// Point light: intensity in W/sr per channel, at object_to_world * 0.
 struct PointLight {
