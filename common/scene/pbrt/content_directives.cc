@@ -141,12 +141,14 @@ void PbrtParser::on_light(const Token& d) {
   if (refuse_if_flat()) return;
   const size_t before = out_.scene.lights.size();
   const RayKinds hidden = hidden_from(params);
+  const std::string group = light_group_from(params);
   translate_light(out_, type, params, state_.shape.ctm);
   bool can_go = true;
   for (size_t i = before; i < out_.scene.lights.size(); ++i) {
     LightDescription& light = out_.scene.lights[i];
     light.medium = state_.shape.media.outside;
     light.hidden = hidden;
+    light.light_group = group;
     const auto* distant = std::get_if<DistantLight>(&light.kind);
     const bool narrow = distant != nullptr && distant->half_angle_degrees == 0;
     can_go = narrow || std::holds_alternative<PointLight>(light.kind) ||
@@ -162,7 +164,9 @@ void PbrtParser::on_area_light(const Token& d) {
   auto typed = take_typed(d, v3::Directive::kAreaLight, "area light", "light");
   if (!typed) return;
   auto& [type, params] = *typed;
+  std::string group = light_group_from(params);
   state_.shape.area_light = translate_area_light(out_, type, params);
+  state_.shape.area_light->light_group = std::move(group);
 }
 
 void PbrtParser::on_shape(const Token& d) {

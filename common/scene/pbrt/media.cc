@@ -54,6 +54,7 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
   MediumDescription medium;
   medium.name = name;
   medium.location = params.where();
+  medium.light_group = light_group_from(params);
   const std::string type = params.text("type", "");
   if (type == "homogeneous") {
     read_coefficients(out, params, false, &medium);

@@ -35,6 +35,7 @@ struct PendingAreaLight {
   SourceLocation image_where;
   int texture = -1;  // in SceneDescription::textures: as given, or once a shape took the image
   int index = -1;    // in SceneDescription::area_lights once a shape took it (without `power`)
+  std::string light_group;
 };
 
 /// Attributes that a shape takes over.
@@ -188,6 +189,8 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
                                                        ParameterList& params);
 /// visibility.cc: the kinds of rays in "string hidden".
 RayKinds hidden_from(ParameterList& params);
+/// light_groups.cc: the name in "string lightgroup"; empty: none.
+std::string light_group_from(ParameterList& params);
 /// view/: camera, film and the directives about sampling.
 /// `times` receives those of the shutter.
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,

@@ -234,12 +234,14 @@ int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitte
                       pending.two_sided,
                       pending.where,
                       pending.texture,
-                      pending.texture >= 0});
+                      pending.texture >= 0,
+                      pending.light_group});
     return static_cast<int>(lights.size()) - 1;
   }
   if (pending.index < 0) {
     pending.index = static_cast<int>(lights.size());
-    lights.push_back({pending.radiance, pending.two_sided, pending.where, pending.texture, false});
+    lights.push_back(
+        {pending.radiance, pending.two_sided, pending.where, pending.texture, false, pending.light_group});
   }
   return pending.index;
 }

@@ -108,5 +108,56 @@ Shape "bilinearmesh" "point3 P" [0 0 0 2 0 0 0 1 0 2 1 0] "string emissionfilena
                 "scene.pbrt:2:"));
 }
 
+TEST_F(Lights, BelongToGroups) {
+  folder_.write("x.exr", "no picture is read here");
+  const SceneDescription s = clean(load(R"(WorldBegin
+LightSource "point" "string lightgroup" "key"
+LightSource "infinite" "string filename" "x.exr" "string lightgroup" "sky"
+LightSource "spot" "string lightgroup" "rest"
+LightSource "distant" "string lightgroup" ""
+AttributeBegin
+  Attribute "light" "string lightgroup" "fill"
+  LightSource "area"
+  AreaLightSource "diffuse"
+  Shape "sphere"
+AttributeEnd
+AreaLightSource "diffuse" "string lightgroup" "screens"
+Shape "sphere"
+AreaLightSource "diffuse" "string lightgroup" "screens" "float power" 10
+Shape "sphere"
+AreaLightSource "diffuse"
+Shape "sphere"
+)"));
+  std::vector<std::string> groups, of_shapes;
+  for (const LightDescription& light : s.lights) groups.push_back(light.light_group);
+  for (const ShapeDescription& shape : s.shapes)
+    of_shapes.push_back(s.area_lights.at(static_cast<size_t>(shape.area_light)).light_group);
+  EXPECT_EQ(groups, (std::vector<std::string>{"key", "sky", "", "", "fill"}));
+  EXPECT_EQ(of_shapes, (std::vector<std::string>{"fill", "screens", "screens", ""}));
+}
+
+TEST_F(Lights, NamesOfGroupsAreMadeFitForChannels) {
+  const LoadResult r = load(
+      "WorldBegin\nLightSource \"point\" \"string lightgroup\" \"key light\"\n"
+      "LightSource \"spot\" \"string lightgroup\" \"fill.light\"\n"
+      "AreaLightSource \"diffuse\" \"string lightgroup\" \"the sun\" Shape \"sphere\"\n");
+  EXPECT_EQ(r.scene.lights.at(0).light_group, "key_light");
+  EXPECT_EQ(r.scene.lights.at(1).light_group, "fill_light");
+  EXPECT_EQ(r.scene.area_lights.at(0).light_group, "the_sun");
+  ASSERT_EQ(r.problems.size(), 1u) << listed(r);
+  EXPECT_TRUE(mentions(r, "scene.pbrt:2:21: ")) << listed(r);
+  EXPECT_TRUE(mentions(r, "\"key light\" gets the name \"key_light\"")) << listed(r);
+  EXPECT_TRUE(mentions(r, "and 2 more like it")) << listed(r);
+}
+
+TEST_F(Lights, GroupsThatAreNoNamesAreNamed) {
+  const LoadResult number = load("WorldBegin\nLightSource \"point\" \"float lightgroup\" 3\n");
+  EXPECT_TRUE(mentions(number, "scene.pbrt:2:21: ")) << listed(number);
+  EXPECT_TRUE(mentions(number, "\"lightgroup\" of light \"point\"")) << listed(number);
+  const LoadResult two = load("WorldBegin\nLightSource \"point\" \"string lightgroup\" [\"a\" \"b\"]\n");
+  EXPECT_TRUE(mentions(two, "needs one string, not 2; the first is taken")) << listed(two);
+  EXPECT_EQ(two.scene.lights.at(0).light_group, "a");
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -26,6 +26,18 @@ TEST_F(PbrtMedia, HomogeneousOnesAreReadWithTheirScale) {
   EXPECT_EQ(s.media[2].sigma_a, (Rgb{0.064f, 0.34f, 0.96f}));
 }
 
+TEST_F(PbrtMedia, TheirLightMayBelongToAGroup) {
+  const SceneDescription s = clean_world(
+      "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"rgb Le\" [1 1 1] \"string lightgroup\" "
+      "\"fire\"\n"
+      "MakeNamedMedium \"b\" \"string type\" \"uniformgrid\" \"float density\" 1 \"string lightgroup\" "
+      "\"fire\"\n"
+      "MakeNamedMedium \"c\" \"string type\" \"homogeneous\"\n");
+  EXPECT_EQ(s.media.at(0).light_group, "fire");
+  EXPECT_EQ(s.media.at(1).light_group, "fire");
+  EXPECT_EQ(s.media.at(2).light_group, "");
+}
+
 TEST_F(PbrtMedia, InterfacesAreInForceAsOtherAttributes) {
   const SceneDescription s =
       clean(load("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n"
