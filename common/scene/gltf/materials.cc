@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "common/scene/gltf/light_groups.h"
+
 namespace lightmill {
 namespace {
 
@@ -151,8 +153,8 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   description->kind = MixMaterial{{first, first + 1}, share};
 }
 
-void GltfMaterials::unlit(const SpectrumInput& color, MaterialDescription* description,
-                          GltfSurface* surface) {
+void GltfMaterials::unlit(const GltfValue& material, const SpectrumInput& color,
+                          MaterialDescription* description, GltfSurface* surface) {
   description->kind = DiffuseMaterial{{{0, 0, 0}, -1}};
   AreaLightDescription light;
   light.radiance = color.texture < 0 ? color.value : Rgb{1, 1, 1};
@@ -160,6 +162,7 @@ void GltfMaterials::unlit(const SpectrumInput& color, MaterialDescription* descr
   light.two_sided = true;
   light.location = description->location;
   if (light.texture < 0 && !(light.radiance.r > 0 || light.radiance.g > 0 || light.radiance.b > 0)) return;
+  light.light_group = gltf_light_group(material).value_or("");
   surface->area_light = static_cast<int>(scene_.scene.area_lights.size());
   scene_.scene.area_lights.push_back(light);
 }
@@ -181,6 +184,7 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
   light.two_sided = material.boolean_or("doubleSided", false);
   light.location = scene_.likely_place(material.pointer());
   light.texture = textures_.image(material, "emissiveTexture", ImageChannel::kRgb, true);
+  light.light_group = gltf_light_group(material).value_or("");
   surface->area_light = static_cast<int>(scene_.scene.area_lights.size());
   scene_.scene.area_lights.push_back(light);
 }
@@ -210,7 +214,7 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
   surface.invisible = surface.alpha.texture < 0 && !(surface.alpha.value > 0);
   if (material.extension("KHR_materials_unlit")) {
     // Seen in its colour whatever the light: it shines with it and reflects nothing.
-    unlit(color, &d, &surface);
+    unlit(material, color, &d, &surface);
   } else {
     d.kind = bsdf(material, color, base);
     transmit(material, &d, &surface);

@@ -31,7 +31,8 @@ class GltfMaterials {
   MediumInterface volume(const GltfValue& volume);
   FloatInput alpha(const GltfValue& material, const GltfValue& base, const char* texture, float factor,
                    bool vertex_colors);
-  void unlit(const SpectrumInput& color, MaterialDescription* description, GltfSurface* surface);
+  void unlit(const GltfValue& material, const SpectrumInput& color, MaterialDescription* description,
+             GltfSurface* surface);
   void emission(const GltfValue& material, GltfSurface* surface);
   void name_unsupported(const GltfValue& material);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/scene/gltf/light_groups.h"
 #include "common/scene/gltf/view.h"
 #include "common/scene/transform.h"
 
@@ -109,6 +110,8 @@ void GltfNodes::add_light(size_t index, const GltfValue& node, const Transform& 
   const GltfValue value = extension->require("lights")[static_cast<size_t>(light)];
   const std::vector<Transform> way = way_of(index);
   LightDescription out{gltf_light(value, to_world), scene_.where(value.pointer())};
+  const auto of_node = gltf_light_group(node);
+  out.light_group = of_node ? *of_node : gltf_light_group(value).value_or("");
   const GltfScene::Quiet quiet(scene_);  // what is wrong with it has been said
   for (size_t i = 0; i < way.size(); ++i) {
     const bool flat = !is_in_range(way[i]) || is_singular(way[i]);
@@ -177,7 +180,7 @@ void GltfNodes::add_mesh(size_t index, const GltfValue& node, const Transform& t
   const auto mesh = static_cast<size_t>(of);
   Transform carried;
   const auto bent = bending(index, node, mesh, &carried);
-  Group& group = group_of(mesh, bent ? &*bent : nullptr);
+  Group& group = group_of(node, mesh, bent ? &*bent : nullptr);
   group.carried = carried;
   if (group.primitives->empty()) return;
   std::vector<Transform> places = {Transform{}};

@@ -1,6 +1,7 @@
 #pragma once
 // The node hierarchy of a glTF scene: where meshes, lights and cameras are.
 #include <deque>
+#include <tuple>
 
 #include "common/scene/gltf/animation/node_tree.h"
 #include "common/scene/gltf/box.h"
@@ -40,7 +41,14 @@ class GltfNodes {
     Transform to_world;          // at the picture's time
     std::vector<Transform> way;  // as of way_of
   };
-  /// A mesh in one shape, and where it is.
+  /// A mesh as weights and joints bend it.
+  struct Shape {
+    size_t number = 0;  // among those of the mesh; 0: at rest
+    const std::vector<GltfPrimitive>* primitives = nullptr;
+  };
+  /// A mesh, its shape's number, and the light group of what emits in it, if that is not of its materials.
+  using GroupKey = std::tuple<size_t, size_t, std::optional<std::string>>;
+  /// A mesh in one shape and one light group, and where it is.
   struct Group {
     const std::vector<GltfPrimitive>* primitives = nullptr;
     std::vector<Place> places;
@@ -62,8 +70,11 @@ class GltfNodes {
   /// How node `index` bends its mesh; nothing if it does not.
   std::optional<GltfBending> bending(size_t index, const GltfValue& node, size_t mesh, Transform* carried);
   std::optional<GltfSkin> skin_of(const GltfValue& node);
-  /// The group of a mesh in the shape that it has with these weights.
-  Group& group_of(size_t mesh, const GltfBending* bending);
+  Shape shape_of(size_t mesh, const GltfBending* bending);
+  /// The group of a node's mesh in that shape.
+  Group& group_of(const GltfValue& node, size_t mesh, const GltfBending* bending);
+  /// The area light `index` in a light group.
+  int in_light_group(int index, const std::string& name);
   /// Meshes that are seen once become shapes, others objects with instances.
   void place_meshes();
   void place_once(const Group& group, std::vector<ShapeDescription> shapes);
@@ -77,9 +88,10 @@ class GltfNodes {
   const GltfAnimations& animations_;
   GltfValue root_;
   std::vector<GltfPlacedCamera> cameras_;
-  std::map<std::pair<size_t, size_t>, Group> groups_;              // by mesh and shape: 0 is the mesh at rest
-  std::map<size_t, size_t> shapes_of_mesh_;                        // how many, beside that
-  std::map<std::pair<size_t, std::vector<double>>, size_t> bent_;  // shapes by mesh and weights
+  std::map<GroupKey, Group> groups_;
+  std::map<size_t, size_t> shapes_of_mesh_;                       // how many, beside that at rest
+  std::map<std::pair<size_t, std::vector<double>>, Shape> bent_;  // by mesh and weights
+  std::map<std::pair<int, std::string>, int> regrouped_;          // by area light and light group
   GltfBox reach_;
   std::deque<std::vector<GltfPrimitive>> own_;  // of meshes that are bent
 };

@@ -1,6 +1,7 @@
 // Meshes of nodes as shapes and instances of the scene.
 #include <algorithm>
 
+#include "common/scene/gltf/light_groups.h"
 #include "common/scene/gltf/nodes.h"
 #include "common/scene/motion.h"
 #include "common/scene/transform.h"
@@ -16,23 +17,43 @@ bool is_passable(const std::vector<Transform>& way) {
   return true;
 }
 
+bool emits(const GltfPrimitive& primitive) { return primitive.surface.area_light >= 0; }
+
 }  // namespace
 
-GltfNodes::Group& GltfNodes::group_of(size_t mesh, const GltfBending* bending) {
-  if (bending == nullptr) {
-    Group& group = groups_[{mesh, 0}];
-    group.primitives = &meshes_.primitives(mesh);
-    return group;
+GltfNodes::Shape GltfNodes::shape_of(size_t mesh, const GltfBending* bending) {
+  if (bending == nullptr) return {0, &meshes_.primitives(mesh)};
+  const bool rests = !bending->skinned && !bending->moves;
+  if (rests) {
+    const auto known = bent_.find({mesh, bending->still.weights});
+    if (known != bent_.end()) return known->second;
   }
-  size_t shape = 0;
-  if (!bending->skinned && !bending->moves) shape = bent_[{mesh, bending->still.weights}];
-  if (shape == 0) {
-    shape = ++shapes_of_mesh_[mesh];
-    own_.push_back(meshes_.bent(mesh, *bending));
-    groups_[{mesh, shape}].primitives = &own_.back();
-    if (!bending->skinned && !bending->moves) bent_[{mesh, bending->still.weights}] = shape;
+  own_.push_back(meshes_.bent(mesh, *bending));
+  const Shape shape{++shapes_of_mesh_[mesh], &own_.back()};
+  if (rests) bent_[{mesh, bending->still.weights}] = shape;
+  return shape;
+}
+
+GltfNodes::Group& GltfNodes::group_of(const GltfValue& node, size_t mesh, const GltfBending* bending) {
+  const Shape shape = shape_of(mesh, bending);
+  std::optional<std::string> light_group;
+  if (std::any_of(shape.primitives->begin(), shape.primitives->end(), emits))
+    light_group = gltf_light_group(node);
+  Group& group = groups_[{mesh, shape.number, light_group}];
+  group.primitives = shape.primitives;
+  return group;
+}
+
+int GltfNodes::in_light_group(int index, const std::string& name) {
+  auto& lights = scene_.scene.area_lights;
+  AreaLightDescription light = lights.at(static_cast<size_t>(index));
+  if (light.light_group == name) return index;
+  const auto [entry, is_new] = regrouped_.try_emplace({index, name}, static_cast<int>(lights.size()));
+  if (is_new) {
+    light.light_group = name;
+    lights.push_back(std::move(light));
   }
-  return groups_[{mesh, shape}];
+  return entry->second;
 }
 
 void GltfNodes::widen_reach(size_t index, size_t mesh, const GltfBending* bending, const Group& group,
@@ -100,12 +121,14 @@ void GltfNodes::place_once(const Group& group, std::vector<ShapeDescription> sha
 void GltfNodes::place_meshes() {
   for (const auto& [key, group] : groups_) {
     if (group.places.empty()) continue;
+    const auto& [mesh, number, light_group] = key;
     std::vector<ShapeDescription> shapes;
     for (const GltfPrimitive& p : *group.primitives) {
       ShapeDescription shape;
       shape.kind = MeshShape{p.mesh};
       shape.material = p.surface.material;
       shape.area_light = p.surface.area_light;
+      if (emits(p) && light_group) shape.area_light = in_light_group(shape.area_light, *light_group);
       shape.alpha = p.surface.alpha;
       shape.media = p.surface.media;
       shape.location = p.location;
@@ -117,7 +140,7 @@ void GltfNodes::place_meshes() {
     }
     SceneDescription& scene = scene_.scene;
     const auto object = static_cast<int>(scene.objects.size());
-    scene.objects.push_back({"mesh " + std::to_string(key.first), std::move(shapes)});
+    scene.objects.push_back({"mesh " + std::to_string(mesh), std::move(shapes)});
     for (const Place& place : group.places) {
       InstanceDescription instance;
       instance.object = object;

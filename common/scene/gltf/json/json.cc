@@ -91,6 +91,8 @@ bool GltfValue::is_object() const { return json_->is_object(); }
 
 bool GltfValue::is_number() const { return json_->is_number(); }
 
+bool GltfValue::is_string() const { return json_->is_string(); }
+
 double GltfValue::number(double low, double high) const {
   if (!json_->is_number()) fail("must be a number");
   const auto x = json_->get<double>();

@@ -58,6 +58,7 @@ class GltfValue {
   size_t count(const char* key) const;
   bool is_object() const;
   bool is_number() const;
+  bool is_string() const;
 
   /// Clamped. Throws if it is no number.
   double number(double low, double high) const;
