@@ -11,6 +11,7 @@ shadow; the lamp's size grows with its object's scale only where it is an area.
 """
 import math
 
+from ..light_groups import parameter
 from .camera import from_columns, without_scale
 from .pbrt_text import columns, moving, numbers, quoted
 
@@ -18,8 +19,8 @@ ROUND = ("DISK", "ELLIPSE")
 NEVER = 1024  # Cycles' default for the most bounces of a lamp's light
 
 
-def lamp_lines(lamp, way, hidden, export):
-    """Lines of a lamp. `lamp`: evaluated object; `way`: see Motion."""
+def lamp_lines(lamp, way, hidden, group, export):
+    """Lines of a lamp. `lamp`: evaluated object; `way`: see Motion; `group`: its light group's name."""
     light = lamp.data
     settings = getattr(light, "cycles", None)
     if getattr(settings, "is_portal", False):
@@ -33,8 +34,9 @@ def lamp_lines(lamp, way, hidden, export):
     if given.texture:
         export.report.warn("lamp texture", lamp.name, "its light is even: a texture over a lamp is not drawn")
     hidden = tuple(dict.fromkeys(("camera", *hidden)))
+    begin = ["AttributeBegin\n", *([f'Attribute "light"{parameter(group)}\n'] if group else ())]
     if given.pictures:
-        return ["AttributeBegin\n", rigid(way), *(pictured(color, file, hidden) for color, file in given.pictures), "AttributeEnd\n"]
+        return [*begin, rigid(way), *(pictured(color, file, hidden) for color, file in given.pictures), "AttributeEnd\n"]
     color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
     if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
         return []
@@ -42,7 +44,7 @@ def lamp_lines(lamp, way, hidden, export):
         export.report.warn("negative lamp", lamp.name, "can't take light away; what is negative of its light is 0")
     color = [max(c, 0.0) for c in color]
     kind = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": panel if export.has_volumes else area}[light.type]
-    return ["AttributeBegin\n", *kind(light, color, way, hidden), "AttributeEnd\n"]
+    return [*begin, *kind(light, color, way, hidden), "AttributeEnd\n"]
 
 
 def note_unsupported(lamp, settings, report):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy
 
+from ..light_groups import group_of
 from . import hair, mesh_arrays
 from .lamps import hidden_parameter, lamp_lines
 from .motion import instance_key, stands_still
@@ -46,8 +47,8 @@ class Objects:
         """`eye`: where the camera stands, if that is the scene's; None: elsewhere."""
         self.export, self.materials, self.motion, self.clip, self.eye = export, export.materials, motion, clip, eye
         self.around_camera = None  # nodes.Medium of the object that the camera is in
-        self.geometry = {}  # by data and materials
-        self._recent = {}  # the same, by object and data: quicker to find
+        self.geometry = {}  # by data, materials and light group
+        self._recent = {}  # the same, by object, data and light group: quicker to find
         self._files = {}  # of meshes: {slot: file}
         self._hidden = {}  # by object
         self._count = 0
@@ -86,7 +87,7 @@ class Objects:
         if len(hidden) == len(RAY_KINDS):
             return
         if kind == "LIGHT":
-            self.lines += lamp_lines(thing, way, hidden, self.export)
+            self.lines += lamp_lines(thing, way, hidden, group_of(thing, instance.parent), self.export)
         elif kind == "VOLUME":
             self.lines += volume_lines(thing, way, hidden, self.export)
             self._overlaps.add(thing, way[0])
@@ -130,14 +131,15 @@ class Objects:
                 self._note_volume(geometry, thing, way)
                 self._place_once(geometry, way, hidden)
                 return
-        recent = (thing.original.as_pointer(), thing.data.as_pointer(), show)
+        group = group_of(thing, instance.parent)
+        recent = (thing.original.as_pointer(), thing.data.as_pointer(), show, group)
         geometry = self._recent.get(recent)
         if geometry is None:
             materials = materials_of(thing)
             # Hair is the object's, not its mesh's.
             haired = thing.original.as_pointer() if len(thing.particle_systems) else 0
             key = (thing.data.as_pointer(), tuple(m.original.as_pointer() if m else 0 for m in materials), haired, show,
-                   holds_out(thing, self.export.view_layer))
+                   holds_out(thing, self.export.view_layer), group)
             geometry = self.geometry.get(key)
             if geometry is None:
                 geometry = self.geometry[key] = self._shapes(instance, thing, way, hidden)

@@ -1,6 +1,7 @@
 """Materials by way of `nodes/`: what stands before a shape, and what its mesh must carry."""
 from dataclasses import dataclass
 
+from ..light_groups import parameter
 from . import mesh_arrays, mesh_values
 from .pbrt_text import quoted
 
@@ -86,13 +87,13 @@ class Materials:
         text, light = f"NamedMaterial {quoted(found.name)}\n", ""
         if found.emission:
             self.write(found.emission.lines)
-            light = f'AreaLightSource "diffuse" {found.emission.parameters}\n'
+            light = f'AreaLightSource "diffuse" {found.emission.parameters}{parameter(place.light_group)}\n'
         outside = self.export.outside
         if found.volume:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        facts = {"is_own": bool(found.uses - {"mesh"}), "volume": found.volume, "displacement": found.displacement}
+        facts = {"is_own": bool(found.uses - {"mesh", "light_group"}), "volume": found.volume, "displacement": found.displacement}
         if found.emission and found.emission.hidden:  # two shapes: one shines, and is not there for the rays that see the other
             hidden = found.emission.hidden
             seers = tuple(k for k in LIGHT_RAYS if k not in hidden)

@@ -10,6 +10,7 @@ import numpy
 from mathutils import Vector
 
 from . import spectrum
+from ..light_groups import parameter
 from .context import digest, number_text
 from .drawn import volume_texture
 from .drawn.volume_texture import Input
@@ -238,15 +239,19 @@ def _medium(b: Builder, c: Coefficients, grid: Grid | None) -> Medium | None:
     grey = scatter.mean()
     cosine = float(numpy.mean(c.forward)) / grey if grey > 0 else 0.0
     g = f'"float g" {number_text(cosine)}'
+    group = ""
+    if emit.any():
+        b.uses.add("light_group")
+        group = parameter(b.place.light_group)
     shine = numpy.divide(emit, absorb, out=numpy.zeros(numpy.broadcast(emit, absorb).shape), where=absorb > 0)
     if max(len(scatter), len(absorb), len(shine)) > 1:
-        body = _grid_body(b.place, scatter, absorb, shine, g)
+        body = _grid_body(b.place, scatter, absorb, shine, g) + group
         return _placed(b.place, body)
     parameters = [_rgb("sigma_s", scatter[0]), _rgb("sigma_a", absorb[0]), g]
     if emit.any():
         parameters.append(_rgb("Le", shine[0]))
     if grid is None:
-        body = " ".join(['"string type" "homogeneous"', *parameters])
+        body = " ".join(['"string type" "homogeneous"', *parameters]) + group
         name = f"v_{digest(body)[:32]}"
         return Medium(name, (f'MakeNamedMedium "{name}" {body}',), is_opaque)
     which = "density" if "density" in grid.names else grid.names[0]

@@ -6,6 +6,7 @@ from typing import Any
 
 from mathutils import Matrix
 
+from ..light_groups import group_of
 
 # Attributes that the exporter makes where the Geometry node's outputs ask for them.
 MADE_ATTRIBUTES = {"Pointiness": ".pointiness", "Random Per Island": ".random_per_island"}
@@ -62,12 +63,14 @@ class Place:
     moving: str = ""  # directives that place it while it moves; empty: it stands at matrix_world
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None  # of a mesh, in the object's coordinates
     particle: dict[str, Any] = field(default_factory=dict)  # by the outputs of Particle Info
+    light_group: str = ""  # of what shines
 
     @classmethod
     def of(cls, obj: Any, instance: Any = None, **more: Any) -> "Place":
         """Of an evaluated object, or of a `DepsgraphObjectInstance` of it."""
         place = cls(name=obj.name, matrix_world=(instance or obj).matrix_world.copy(), generated=_generated(obj.data),
-                    object=obj, color=tuple(obj.color), pass_index=obj.pass_index, random=random_of_name(obj.name))
+                    object=obj, color=tuple(obj.color), pass_index=obj.pass_index, random=random_of_name(obj.name),
+                    light_group=group_of(obj, instance.parent if instance is not None else None))
         if instance is not None and instance.is_instance:
             place.random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
             place.instancer = instance.parent

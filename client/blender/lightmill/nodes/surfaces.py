@@ -25,7 +25,7 @@ class Surface:
     emission: Emission | None = None
     volume: Medium | None = None
     displacement: str = ""  # parameters of shapes whose vertices it moves
-    uses: frozenset[str] = frozenset()  # of the place: "object", "generated", "instance", "mesh"
+    uses: frozenset[str] = frozenset()  # of the place: "object", "generated", "instance", "mesh", "light_group"
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ def place_key(place: Place, uses: frozenset[str], context: Context) -> Any:
     key: list[Any] = []
     if "mesh" in uses:
         key.append((place.uv_maps, place.attribute))
+    if "light_group" in uses:
+        key.append(place.light_group)
     if uses & {"object", "generated", "instance"}:
         key.append((place.moving, *(x for row in place.matrix_world for x in row)))
     if "generated" in uses:

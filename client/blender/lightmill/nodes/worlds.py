@@ -10,6 +10,7 @@ from typing import Any
 
 from mathutils import Euler, Matrix
 
+from ..light_groups import group_of, parameter
 from .context import Context, number_text
 from .drawn import world_picture
 from .emitters import ALL_KINDS, sum_of
@@ -52,9 +53,9 @@ def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
     that its own settings hide it from."""
     if data is None:
         return World(())
-    invisible = (*hidden, *_invisible(data))
+    invisible, group = (*hidden, *_invisible(data)), group_of(data)
     if not data.use_nodes or data.node_tree is None:
-        return World(tuple(_lines(_Sky(tuple(data.color)), tuple(k for k in ALL_KINDS if k in invisible))))
+        return World(tuple(_lines(_Sky(tuple(data.color)), tuple(k for k in ALL_KINDS if k in invisible), group)))
     output = output_node(data.node_tree)
     if output is None:
         return World(())
@@ -62,8 +63,8 @@ def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
     by_kind = _skies(data, output, scope, context)
     lines: list[str] = []
     for sky in dict.fromkeys(by_kind.values()):
-        lines += _lines(sky, tuple(k for k in ALL_KINDS if by_kind[k] != sky or k in invisible))
-    b = Builder(context, Place(), data.name_full)
+        lines += _lines(sky, tuple(k for k in ALL_KINDS if by_kind[k] != sky or k in invisible), group)
+    b = Builder(context, Place(light_group=group), data.name_full)
     medium = medium_of_tree(b, output.inputs["Volume"], scope)
     # What is infinitely far is behind infinitely much of it.
     return World(() if medium is not None and medium.is_opaque else tuple(lines), medium)
@@ -171,10 +172,11 @@ def _rotation(b: Builder, source: Source) -> Matrix | None:
     return (turn.transposed() if node.vector_type == "TEXTURE" else turn) @ before
 
 
-def _lines(sky: _Sky, hidden: tuple[str, ...]) -> list[str]:
+def _lines(sky: _Sky, hidden: tuple[str, ...], group: str) -> list[str]:
     if len(hidden) == len(ALL_KINDS):
         return []
     end = f' "string hidden" [{" ".join(chr(34) + k + chr(34) for k in hidden)}]' if hidden else ""
+    end += parameter(group)
     lines = []
     if sky.file:
         line = f'LightSource "infinite" "string filename" "{sky.file}" "string mapping" "equirectangular" "float scale" {number_text(sky.scale)}{end}'
