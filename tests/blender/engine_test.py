@@ -23,6 +23,14 @@ CHANNELS = {"Combined": "RGBA", "Depth": "Z", "Normal": "XYZ", "Position": "XYZ"
             "Denoising Normal": "XYZ", "Denoising Albedo": "RGB", "Denoising Depth": "Z", "Alpha": "A", "Direct": "RGB",
             "Indirect": "RGB", "Variance": "RGB", "Debug Sample Count": "X"}
 
+LIGHT_GROUPS = """
+v = bpy.context.view_layer
+for name in ("Key Light", "Sky", "Nothing"):
+    v.lightgroups.add(name=name)
+bpy.data.objects["Light"].lightgroup, s.world.lightgroup = "Key Light", "Sky"
+s.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+"""
+
 
 def layers(path):
     """{"ViewLayer.Depth.Z": rows x columns} of a multilayer file."""
@@ -62,6 +70,18 @@ def passes(blender):
     assert (layer["Debug Sample Count.X"] == 16).all()
     both = layer["Direct.R"] + layer["Indirect.R"]
     assert numpy.allclose(both, layer["Combined.R"], rtol=1e-3, atol=1e-4), numpy.abs(both - layer["Combined.R"]).max()
+
+
+def light_groups(blender):
+    """Each has a pass, black if nothing is in it; here they add up to the picture."""
+    text = blender.run("-f", 1, script=LIGHT_GROUPS)
+    assert not error_lines(text), text
+    layer = {name.removeprefix("ViewLayer."): values for name, values in layers(blender.picture()).items()}
+    for c in "RGB":
+        key, sky = layer[f"Combined_Key Light.{c}"], layer[f"Combined_Sky.{c}"]
+        assert numpy.allclose(key + sky, layer[f"Combined.{c}"], rtol=1e-3, atol=1e-4), c
+        assert key[32, 48] > 0 and key[2, 2] == 0 and sky[2, 2] > 0, (key[32, 48], key[2, 2], sky[2, 2])
+        assert not layer[f"Combined_Nothing.{c}"].any(), c
 
 
 def border(blender):
@@ -141,7 +161,7 @@ def lost(blender):
     blender.assert_nothing_left()
 
 
-PARTS = {f.__name__: f for f in (still, passes, border, layered, failing, killed, lost)}
+PARTS = {f.__name__: f for f in (still, passes, light_groups, border, layered, failing, killed, lost)}
 
 
 def main():

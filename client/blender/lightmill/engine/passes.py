@@ -3,16 +3,20 @@ import dataclasses
 
 import numpy
 
+from ..light_groups import name_of
+
 FAR = 1e10  # Blender's depth where nothing is hit
+MOST_LIGHT_GROUPS = 31
 
 
 @dataclasses.dataclass(frozen=True)
 class Pass:
-    """`aov`: its name in a job. `channels`: a letter each, as Blender has them."""
+    """`aov`: its name in a job. `channels`: a letter each, as Blender has them. `layer`: in pictures, if not the AOV's name."""
     name: str
     aov: str
     channels: str
     kind: str  # COLOR, VECTOR or VALUE: the socket of the compositor
+    layer: str = ""
 
 
 # By the property of the view layer that asks for them, or of its `lightmill`.
@@ -52,7 +56,25 @@ def passes_of(view_layer):
     """The passes beside Combined that it asks for."""
     wanted = [p for name, passes in OF_VIEW_LAYER.items() if getattr(view_layer, name, False) for p in passes]
     settings = getattr(view_layer, "lightmill", None)
-    return wanted + [p for name, passes in OF_LIGHTMILL.items() if getattr(settings, name, False) for p in passes]
+    wanted += [p for name, passes in OF_LIGHTMILL.items() if getattr(settings, name, False) for p in passes]
+    return wanted + [Pass(f"Combined_{name}", "lightgroups", "RGB", "COLOR", f"lightgroup_{name_of(name)}")
+                     for name in _light_groups(view_layer)]
+
+
+def _light_groups(view_layer):
+    return [group.name for group in getattr(view_layer, "lightgroups", ())]
+
+
+def light_group_notes(view_layer):
+    """What can't be shown of its light groups, a line each."""
+    names, first, notes = _light_groups(view_layer), {}, []
+    if len(names) > MOST_LIGHT_GROUPS:
+        notes.append(f"has {len(names)} light groups; {MOST_LIGHT_GROUPS} are recorded at most")
+    for name in names:
+        other = first.setdefault(name_of(name), name)
+        if other != name:
+            notes.append(f"the light groups {other!r} and {name!r} are both written {name_of(name)!r} and shown as one: rename one")
+    return notes
 
 
 def unsupported_of(view_layer):
@@ -87,7 +109,7 @@ def combined(channels, transparent):
 
 def pixels_of(wanted, channels):
     """The pixels of a pass; None if the picture has none yet."""
-    values = channels.get(wanted.aov)
+    values = channels.get(wanted.layer or wanted.aov)
     if values is not None and wanted.aov == "depth":
         values = numpy.where(values > 0, values, numpy.float32(FAR))
     return values

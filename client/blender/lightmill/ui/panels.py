@@ -1,5 +1,6 @@
 """The engine's own panels. Those of Blender and Cycles that it shares: shared_panels.py."""
 import bpy
+from bl_ui.properties_view_layer import ViewLayerLightgroupsPanel
 
 
 class _Panel:
@@ -75,5 +76,11 @@ class LIGHTMILL_VIEWLAYER_PT_passes(_Panel, bpy.types.Panel):
                   "use_pass_indirect", "use_pass_variance", "use_pass_sample_count")
 
 
+class LIGHTMILL_VIEWLAYER_PT_light_groups(ViewLayerLightgroupsPanel):
+    bl_parent_id = "LIGHTMILL_VIEWLAYER_PT_passes"
+    COMPAT_ENGINES = {"LIGHTMILL"}
+
+
 CLASSES = (LIGHTMILL_RENDER_PT_sampling, LIGHTMILL_RENDER_PT_light_paths, LIGHTMILL_RENDER_PT_farm,
-           LIGHTMILL_RENDER_PT_threads, LIGHTMILL_VIEWLAYER_PT_passes)
+           LIGHTMILL_RENDER_PT_threads, LIGHTMILL_VIEWLAYER_PT_passes,
+           LIGHTMILL_VIEWLAYER_PT_light_groups)

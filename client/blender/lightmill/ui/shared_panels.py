@@ -19,8 +19,7 @@ WANTED = ("CYCLES_CAMERA_PT_", "CYCLES_LIGHT_PT_", "CYCLES_MATERIAL_PT_", "CYCLE
           "CYCLES_PT_context_material", "CYCLES_RENDER_PT_curves", "CYCLES_RENDER_PT_film", "CYCLES_RENDER_PT_filter",
           "CYCLES_RENDER_PT_motion_blur", "CYCLES_RENDER_PT_simplify", "CYCLES_RENDER_PT_subdivision",
           "CYCLES_VIEW3D_PT_shading_lighting")
-UNWANTED = ("CYCLES_OBJECT_PT_lightgroup", "CYCLES_OBJECT_PT_shading_gi_approximation", "CYCLES_WORLD_PT_mist",
-            "CYCLES_WORLD_PT_settings_light_group", "CYCLES_OBJECT_PT_shading_caustics")
+UNWANTED = ("CYCLES_OBJECT_PT_shading_gi_approximation", "CYCLES_WORLD_PT_mist", "CYCLES_OBJECT_PT_shading_caustics")
 
 _own_sets = []    # panels of Cycles that were given one
 _node_polls = []  # functions that were replaced: module, name, function
