@@ -32,6 +32,7 @@ LIGHTS = {"area, a lamp": '"string shape" "ellipse" "float spread" 90', "distant
           "infinite, with a panorama": '"string filename" "image.pfm" "string mapping" "equirectangular"',
           "spot, with a blend and a radius": '"float blend" 0.5 "float radius" 0.1',
           "point, hidden from the camera": '"string hidden" "camera"',
+          "point, in a light group": '"string lightgroup" "key"',
           "infinite, with a portal": '"string filename" "image.pfm" "point3 portal" [0 0 1 1 0 1 1 1 1 0 1 1]'}
 # kind of directive: {name: scene}; HEAD stands before WorldBegin, the rest after it.
 OPTIONS = {
@@ -44,7 +45,7 @@ OPTIONS = {
     "Accelerators": ("Accelerator", ["bvh", "kdtree"]),
     "Colour spaces": ("ColorSpace", ["aces2065-1", "dci-p3", "rec2020", "srgb"]),
 }
-MEDIA = {"cloud": "", "homogeneous": "", "nanovdb": "", "rgbgrid": '"rgb sigma_s" [1 1 1]',
+MEDIA = {"cloud": "", "homogeneous": "", "homogeneous, in a light group": '"rgb Le" [1 1 1] "string lightgroup" "fire"', "nanovdb": "", "rgbgrid": '"rgb sigma_s" [1 1 1]',
          "uniformgrid": '"float density" 1', "vdb": ""}
 GLTF = {  # extension: what a material, light, node or texture of it looks like
     "KHR_draco_mesh_compression": None, "EXT_meshopt_compression": None, "EXT_mesh_gpu_instancing": None,
@@ -113,10 +114,11 @@ def pbrt_scenes():
                    f'{parameters}\nMaterial "diffuse" {use}\nShape "sphere"\n')
     for name, parameters in LIGHTS.items():
         yield "Lights", name, f'WorldBegin\nLightSource "{name.split(",")[0]}" {parameters}\nShape "sphere"\n'
-    yield "Lights", "area", 'WorldBegin\nAreaLightSource "diffuse"\nShape "sphere"\n'
+    for name, parameters in {"area": "", "area, in a light group": ' "string lightgroup" "key"'}.items():
+        yield "Lights", name, f'WorldBegin\nAreaLightSource "diffuse"{parameters}\nShape "sphere"\n'
     for name, parameters in MEDIA.items():
         yield ("Participating media", name, f'WorldBegin\nLightSource "point"\nMakeNamedMedium "m" "string type" '
-               f'"{name}" {parameters}\nMediumInterface "m" ""\nShape "sphere"\n')
+               f'"{name.split(",")[0]}" {parameters}\nMediumInterface "m" ""\nShape "sphere"\n')
 
 
 def gltf_scenes():
