@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/scene/light_group.h"
+#include "common/scene/lights/light_group_name.h"
 
 namespace lightmill {
 

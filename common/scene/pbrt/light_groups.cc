@@ -1,6 +1,6 @@
 // "lightgroup": the group of a light, of surfaces that emit, or of a medium that shines. Ours; pbrt has no
 // such thing.
-#include "common/scene/light_group.h"
+#include "common/scene/lights/light_group_name.h"
 #include "common/scene/pbrt/scene.h"
 
 namespace lightmill {

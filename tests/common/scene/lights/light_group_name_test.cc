@@ -1,4 +1,4 @@
-#include "common/scene/light_group.h"
+#include "common/scene/lights/light_group_name.h"
 
 #include <gtest/gtest.h>
 

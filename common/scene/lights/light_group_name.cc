@@ -1,5 +1,6 @@
-#include "common/scene/light_group.h"
+#include "common/scene/lights/light_group_name.h"
 
+#include "common/job/light_groups.h"
 #include "common/scene/problem_list.h"
 
 namespace lightmill {
@@ -24,7 +25,7 @@ LightGroupName light_group_name(std::string_view given) {
     }
   }
   if (out.name.size() > kMaxLightGroupName) out.name.resize(kMaxLightGroupName);
-  if (out.name == kRestOfLights) out.name.clear();
+  if (out.name == kRestGroup) out.name.clear();
   if (out.name.empty() || out.name == given) return out;
   // "the group" and "the name": names after these do not make warnings of different kinds (problem_list.h).
   out.change = "the group " + in_quotes(given) + " gets the name " + in_quotes(out.name) +
