@@ -146,9 +146,10 @@ void MeasuredLink::fetch_blobs(const std::vector<std::string>& digests, agent::B
 }
 
 std::shared_ptr<const agent::PacketRenderer> MeasuredSource::open(const std::string& bundle_digest,
-                                                                  const RenderSettings& settings) {
+                                                                  const RenderSettings& settings,
+                                                                  const agent::LookWanted* look) {
   const double loaded = metrics_.scenes_loaded_.Value();
-  auto renderer = source_.open(bundle_digest, settings);
+  auto renderer = source_.open(bundle_digest, settings, look);
   if (metrics_.scenes_loaded_.Value() == loaded) metrics_.scenes_warm_.Increment();
   return renderer;
 }

@@ -53,6 +53,7 @@ class MeasuredLink : public agent::FarmLink {
   std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
   agent::CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
   void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) override;
+  void show(const LeaseKey& key, const Image& picture) override { link_.show(key, picture); }
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override {
     link_.warn(key, missing_light);
   }
@@ -76,7 +77,8 @@ class MeasuredSource : public agent::RenderSource {
  public:
   MeasuredSource(agent::RenderSource& source, WorkerMetrics& metrics) : source_(source), metrics_(metrics) {}
   std::shared_ptr<const agent::PacketRenderer> open(const std::string& bundle_digest,
-                                                    const RenderSettings& settings) override;
+                                                    const RenderSettings& settings,
+                                                    const agent::LookWanted* look) override;
   std::string find_blob(const std::string& digest) const override { return source_.find_blob(digest); }
 
  private:

@@ -27,8 +27,8 @@ constexpr double kFinishSeconds = 10;       // tiles in hand after an interrupt
 class OneScene : public agent::RenderSource {
  public:
   explicit OneScene(std::shared_ptr<const agent::PacketRenderer> renderer) : renderer_(std::move(renderer)) {}
-  std::shared_ptr<const agent::PacketRenderer> open(const std::string&,
-                                                    const RenderSettings& settings) override {
+  std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const RenderSettings& settings,
+                                                    const agent::LookWanted*) override {
     if (settings.integrator != Integrator::kAuto || needs_pilot(settings)) return renderer_;
     if (!planned_) planned_ = renderer_->with_settings(settings);  // a job's plan does not change
     return planned_;

@@ -57,6 +57,7 @@ struct ActiveLease {
 struct PilotLease {
   LeaseGrant lease;
   std::shared_ptr<const PacketRenderer> renderer;
+  bool shown = false;  // there was a first look already
 };
 
 /// Thread-safe.

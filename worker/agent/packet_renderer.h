@@ -43,14 +43,22 @@ std::shared_ptr<const PacketRenderer> make_packet_renderer(
     SceneDescription scene, const RenderSettings& settings, const BuildOptions& options,
     const std::function<void(const std::string&)>& warn = [](const std::string&) {});
 
+/// Who wants a first look (first_look.h) at a scene. Neither throws.
+struct LookWanted {
+  std::function<bool()> go_on;
+  std::function<void(const Image&)> show;
+};
+
 /// Where the runner gets the renderer of a lease from.
 class RenderSource {
  public:
   virtual ~RenderSource() = default;
-  /// Called by one thread. Throws Error if the scene can't be rendered here (the lease is failed with its
-  /// text) and LinkDown if it can't be fetched now.
+  /// Called by one thread. `look`, unless null, is shown the scene if it has to be built, as soon as it can
+  /// be seen. Throws Error if the scene can't be rendered here (the lease is failed with its text) and
+  /// LinkDown if it can't be fetched now.
   virtual std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
-                                                     const RenderSettings& settings) = 0;
+                                                     const RenderSettings& settings,
+                                                     const LookWanted* look) = 0;
   /// A file that holds this blob; empty: it is not here. Any thread.
   virtual std::string find_blob(const std::string& digest) const {
     (void)digest;

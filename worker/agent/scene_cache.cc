@@ -4,6 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/load.h"
+#include "worker/render/plan/first_look.h"
 
 namespace lightmill::agent {
 namespace {
@@ -75,7 +76,8 @@ void SceneCache::make_room(uint64_t more, size_t keep) {
 }
 
 std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
-                                                       const RenderSettings& settings) {
+                                                       const RenderSettings& settings,
+                                                       const LookWanted* look) {
   const std::string key = key_of(Key::kPacket, bundle_digest, settings),
                     scene = key_of(Key::kScene, bundle_digest, settings);
   if (!move_to_front(warm_, [&](const Warm& warm) { return warm.scene_key == scene; })) {
@@ -88,8 +90,18 @@ std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle
     uint64_t files = 0;
     for (const BundleEntry& entry : bundle.entries) files += entry.size;
     make_room(files, 0);
-    auto renderer =
-        make_packet_renderer(load(bundle, blobs_.folder(), options_.build.threads), settings, options_.build);
+    BuildOptions build = options_.build;
+    if (look) {
+      build.when_built = [&](const Renderer& scene) {
+        try {
+          const Image picture = first_look(scene, build.threads, look->go_on);
+          if (!picture.data.empty()) look->show(picture);
+        } catch (const Error&) {
+          // Nobody wants it any more, or the render itself will say what is wrong.
+        }
+      };
+    }
+    auto renderer = make_packet_renderer(load(bundle, blobs_.folder(), build.threads), settings, build);
     ++scenes_built_;
     const uint64_t bytes = renderer->memory_bytes();
     warm_.push_front({scene, bytes, {{key, std::move(renderer)}}});

@@ -24,8 +24,8 @@ class SceneCache : public RenderSource {
   /// stop rules; they are shared by jobs that differ in their sampling only (plan, integrator, depth, seed).
   /// The last one and those that leases hold stay even if they do not fit.
   SceneCache(FarmLink& link, SceneCacheOptions options);
-  std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
-                                             const RenderSettings& settings) override;
+  std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest, const RenderSettings& settings,
+                                             const LookWanted* look) override;
   std::string find_blob(const std::string& digest) const override { return blobs_.find(digest); }
   /// Scenes that were read and built so far.
   int64_t scenes_built() const { return scenes_built_; }

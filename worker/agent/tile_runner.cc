@@ -254,9 +254,18 @@ void TileRunner::lease_loop() {
 void TileRunner::open_lease(const LeaseGrant& lease) {
   std::shared_ptr<const PacketRenderer> renderer;
   const auto wanted = [&] { return queue_.is_held(key_of(lease)); };
-  if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings); })) return;
-  if (is_pilot(lease.tile)) {
-    queue_.start_pilot({lease, std::move(renderer)});
+  const bool pilot = is_pilot(lease.tile);
+  bool shown = false;
+  const LookWanted look{[&] { return wanted() && !is_stopping(); },
+                        [&](const Image& picture) {
+                          show(lease, picture);
+                          shown = true;
+                        }};
+  if (!retry(wanted,
+             [&] { renderer = source_.open(lease.bundle_digest, lease.settings, pilot ? &look : nullptr); }))
+    return;
+  if (pilot) {
+    queue_.start_pilot({lease, std::move(renderer), shown});
     return;
   }
   const std::vector<std::string> missing = renderer->missing_light();
@@ -373,7 +382,7 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
   const auto go_on = [&] { return queue_.is_held(key) && !draining_ && !is_stopping(); };
   PilotResult result;
   const ProcessorTime time(options_.threads);
-  show_first_look(pilot, go_on);
+  if (!pilot.shown) take_first_look(pilot, go_on);
   try {
     result.report = pilot.renderer->run_pilot(options_.threads, go_on);
   } catch (const std::exception& error) {
@@ -389,12 +398,20 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
 }
 
 /// Nothing depends on it: what fails is left out.
-void TileRunner::show_first_look(const PilotLease& pilot, const std::function<bool()>& go_on) {
+void TileRunner::take_first_look(const PilotLease& pilot, const std::function<bool()>& go_on) {
   try {
     const Image picture = pilot.renderer->first_look(options_.threads, go_on);
-    if (!picture.data.empty()) link_.show(key_of(pilot.lease), picture);
+    if (!picture.data.empty()) show(pilot.lease, picture);
   } catch (const std::exception& error) {
     options_.debug(describe(key_of(pilot.lease)) + ": no first look: " + error.what());
+  }
+}
+
+void TileRunner::show(const LeaseGrant& lease, const Image& picture) {
+  try {
+    link_.show(key_of(lease), picture);
+  } catch (const std::exception& error) {
+    options_.debug(describe(key_of(lease)) + ": the first look is not shown: " + error.what());
   }
 }
 

@@ -55,7 +55,8 @@ class TileRunner {
   void commit_loop();
   void pilot_loop();
   void run_pilot(const PilotLease& pilot);
-  void show_first_look(const PilotLease& pilot, const std::function<bool()>& go_on);
+  void take_first_look(const PilotLease& pilot, const std::function<bool()>& go_on);
+  void show(const LeaseGrant& lease, const Image& picture);
   void hand_back(const LeaseKey& key, HandBack why);
   /// Hands in a lease's result, or its failure; true if it was accepted.
   bool hand_in(const LeaseKey& key, const std::string& bytes);

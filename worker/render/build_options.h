@@ -1,12 +1,15 @@
 #pragma once
 // How a scene is built for rendering; none of it shows in its pixels.
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace lightmill {
 
 /// No bound of the memory of textures.
 inline constexpr uint64_t kUnboundedTextures = ~uint64_t{0};
+
+class Renderer;
 
 struct BuildOptions {
   // Implicit: most callers care about threads only.
@@ -19,6 +22,9 @@ struct BuildOptions {
   std::string spill_folder;  // of these; empty: spill_area.h chooses
   bool normalised_light = true;  // normalised_light.h; false: what is recorded has the scene's brightness
   bool unused_textures = false;  // images that nothing in use shows are read, too, to be checked
+  /// Called with a renderer of the scene before anything is learnt of it, which may take seconds: what it
+  /// renders is right, but noisier. Empty: nobody wants to see it.
+  std::function<void(const Renderer&)> when_built;
 };
 
 }  // namespace lightmill

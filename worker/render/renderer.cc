@@ -99,6 +99,7 @@ struct Renderer::World {
   FilmResponse response;
   MissingLight missing;
   RadianceScale radiance;
+  std::optional<SourceLocation> first_medium;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
@@ -109,12 +110,17 @@ struct Renderer::World {
         filter(description.filter),
         imaging_ratio(description.film.imaging_ratio),
         response(description.film) {
+    if (!description.media.empty()) first_medium = description.media.front().location;
+    radiance = radiance_scale(scene, imaging_ratio, {});  // as long as nothing was seen
+  }
+
+  /// Trains guides, and finds what else the scene's own paths tell. Once, before renderers share this.
+  void learn(const RenderSettings& s, int threads) {
     const FlushDenormals flush;
-    train_next_event_guide(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
-    if (!description.media.empty())
-      find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
-                       &scene);
-    learn_paths(s, options.threads);
+    train_next_event_guide(accel, camera, filter, s.grid.width, s.grid.height, threads, &scene);
+    if (first_medium)
+      find_light_media(accel, camera, filter, s.grid.width, s.grid.height, *first_medium, &scene);
+    learn_paths(s, threads);
     find_radiance_scale(s);
   }
 
@@ -227,9 +233,16 @@ struct Renderer::Impl {
   }
 };
 
-Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
-    : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, options), settings,
-                                   std::nullopt)) {}
+Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options) {
+  const auto world = std::make_shared<World>(std::move(scene), settings, options);
+  if (options.when_built) {
+    impl_ = std::make_unique<Impl>(world, settings, std::nullopt);
+    options.when_built(*this);
+    impl_.reset();
+  }
+  world->learn(settings, options.threads);
+  impl_ = std::make_unique<Impl>(world, settings, std::nullopt);
+}
 Renderer::Renderer(const Renderer& other, const RenderSettings& settings,
                    const std::optional<PixelSubset>& of_pilot)
     : impl_(std::make_unique<Impl>(other.impl_->world, settings, of_pilot)) {}

@@ -82,7 +82,8 @@ class CountingRenderer : public PacketRenderer {
 
 class FixedSource : public RenderSource {
  public:
-  std::shared_ptr<const PacketRenderer> open(const std::string&, const RenderSettings&) override {
+  std::shared_ptr<const PacketRenderer> open(const std::string&, const RenderSettings&,
+                                             const LookWanted*) override {
     if (!error.empty()) throw Error(ErrorKind::kBadScene, error);
     if (lost_file) throw MissingBlob("the coordinator has no blob");
     return renderer;
