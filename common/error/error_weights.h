@@ -38,13 +38,18 @@ struct Neighbourhood {
 void neighbourhood(std::span<const float> mean, std::span<const float> variance, const PixelLayout& layout,
                    const PixelReach& reach, Neighbourhood* around);
 
+/// A value's own weight and the one that the mean of R^2 around gives: the more of the latter, the larger
+/// the noise is.
+inline double blend_with_around(const Fraction& own, double noise, double square) {
+  // 1 / (share known + (1 - share) / own), share = x^2 / ((x + 0.3) (x + 0.03)) with x = noise / known.
+  const double known = square + kRelMseEpsilon;
+  const double part = noise * noise, whole = (noise + 0.3 * known) * (noise + 0.03 * known);
+  return whole * own.numerator / (part * known * own.numerator + (whole - part) * own.denominator);
+}
+
 /// The weight of a value: its own where it is known better than the pixels around it, else theirs.
 inline double blended_weight(double mean, double t, double stretch, double square, double noise) {
-  // 1 / (share known + (1 - share) / own), share = x^2 / ((x + 0.3) (x + 0.03)) with x = larger / known.
-  const double known = square + kRelMseEpsilon, larger = std::max(t, noise);
-  const double part = larger * larger, whole = (larger + 0.3 * known) * (larger + 0.03 * known);
-  const Fraction own = corrected_weight(mean, t, stretch);
-  return whole * own.numerator / (part * known * own.numerator + (whole - part) * own.denominator);
+  return blend_with_around(corrected_weight(mean, t, stretch), std::max(t, noise), square);
 }
 
 }  // namespace lightmill
