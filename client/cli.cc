@@ -41,7 +41,7 @@ int run_cli(int argc, const char* const* argv) {
   Action action;
   for (const auto add :
        {add_render, add_submit, add_watch, add_listings, add_logs, add_control, add_fetch, add_explain,
-        add_check, add_compare, add_denoise, add_report, add_completion, add_manual}) {
+        add_check, add_compare, add_denoise, add_mix, add_report, add_completion, add_manual}) {
     add(app, action);
   }
   for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {

@@ -53,7 +53,7 @@ TEST_F(CliTable, ScriptsAndTheManualNameEveryOptionOfTheHelp) {
                     fish = run({"completion", "fish"}).out;
   size_t count = 0;
   for (const char* verb :
-       {"render", "submit", "watch", "fetch", "extend", "check", "report", "completion", "man"}) {
+       {"render", "submit", "watch", "fetch", "extend", "check", "mix", "report", "completion", "man"}) {
     for (const std::string& script : {bash, zsh, fish, manual}) EXPECT_THAT(script, HasSubstr(verb));
     for (const std::string& name : options_in(run({verb, "--help"}).out)) {
       ++count;
