@@ -26,7 +26,8 @@ TEST(OwnScenes, LoadWithoutAWord) {
   for (const auto& [name, width] : {std::pair{"cornell-spheres.pbrt", 300},
                                     {"ring-caustic.pbrt", 300},
                                     {"motion-blur.pbrt", 400},
-                                    {"pool.pbrt", 400}}) {
+                                    {"pool.pbrt", 400},
+                                    {"three-lamps.pbrt", 400}}) {
     const LoadResult r = load_path(fs::path(LIGHTMILL_SOURCE_DIR) / "scenes" / name);
     EXPECT_EQ(listed(r), "") << name;
     const RenderSettings s = resolve_settings(r.scene, {});
