@@ -8,7 +8,7 @@ namespace lightmill {
 namespace {
 
 bool valid_name(const std::string& name) {
-  return !name.empty() && name.size() <= kMaxLightGroupName &&
+  return !name.empty() && name.size() <= kMaxLightGroupName && !name.ends_with(kDifferenceSuffix) &&
          std::all_of(name.begin(), name.end(), [](char c) {
            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                   c == '-';

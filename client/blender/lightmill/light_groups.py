@@ -1,4 +1,4 @@
-"""Light groups: Blender's have names of any characters, those of scene files and of channels (common/scene/light_group.h) do
+"""Light groups: Blender's have names of any characters, those of scene files and of channels (common/scene/lights/light_group_name.h) do
 not."""
 MOST_NAME = 64  # characters
 REST = "rest"  # the layer of all light without a group
@@ -8,6 +8,8 @@ def name_of(group: str) -> str:
     """The name that a group of Blender has in scene files and pictures; "" for none. Characters beyond ASCII become their
     numbers, so that groups named in any script stay apart."""
     name = "".join(_plain(c) for c in group)[:MOST_NAME]
+    if name.endswith("_difference"):
+        return name[:-1] + "_"
     return f"{name}_" if name == REST else name
 
 

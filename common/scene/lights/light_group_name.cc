@@ -25,11 +25,13 @@ LightGroupName light_group_name(std::string_view given) {
     }
   }
   if (out.name.size() > kMaxLightGroupName) out.name.resize(kMaxLightGroupName);
+  if (out.name.ends_with(kDifferenceSuffix)) out.name.back() = '_';
   if (out.name == kRestGroup) out.name.clear();
   if (out.name.empty() || out.name == given) return out;
   // "the group" and "the name": names after these do not make warnings of different kinds (problem_list.h).
   out.change = "the group " + in_quotes(given) + " gets the name " + in_quotes(out.name) +
-               ": names of light groups hold letters, digits, \"_\" and \"-\", 64 characters at most";
+               ": names of light groups hold letters, digits, \"_\" and \"-\", 64 characters at most, and do "
+               "not end in \"_difference\"";
   return out;
 }
 

@@ -36,5 +36,10 @@ TEST(LightGroupName, NoneHasTheNameOfTheRest) {
   EXPECT_EQ(light_group_name("Rest").name, "Rest");
 }
 
+TEST(LightGroupName, NoneIsThatOfADifference) {
+  EXPECT_EQ(light_group_name("key_difference").name, "key_differenc_");
+  EXPECT_EQ(light_group_name("difference").name, "difference");
+}
+
 }  // namespace
 }  // namespace lightmill
