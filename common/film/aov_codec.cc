@@ -1,6 +1,6 @@
 // The bytes of AOV layers:
 //
-//   set, frame                                  32 bytes
+//   set (packed_set), frame                      32 bytes
 //   with kAovLightGroups: the groups' names     byte of length, text
 //   per layer of the set: byte range, planes    (unit_planes.h)
 //   direct splats: count, byte range, gaps between their pixels as varints, planes
@@ -134,7 +134,7 @@ void check_group_splats(const std::vector<SplatSum>& splats, const FilmGrid& gri
 
 std::string encode_aovs(const AovSums& sums) {
   ByteWriter w;
-  w.put<uint32_t>(sums.spec.set);
+  w.put<uint32_t>(packed_set(sums.spec));
   w.put<int32_t>(sums.spec.frame.scale_exponent);
   for (const double x : sums.spec.frame.origin) w.put<double>(x);
   if (sums.spec.set & kAovLightGroups) {
@@ -145,7 +145,7 @@ std::string encode_aovs(const AovSums& sums) {
     }
   }
   for (int layer = 0; layer < kAovLayers; ++layer) {
-    if (!needs_layer(sums.spec.set, layer)) continue;
+    if (!has_layer(sums.spec, layer)) continue;
     write_layer(sums.layers[static_cast<size_t>(layer)], &w);
   }
   write_splats(sums.direct_splats, &w);
@@ -159,7 +159,7 @@ std::string encode_aovs(const AovSums& sums) {
 AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid, size_t most_groups) {
   ByteReader in(bytes, kAovPartial);
   AovSums sums;
-  sums.spec.set = in.get<uint32_t>();
+  unpack_set(in.get<uint32_t>(), &sums.spec);
   AovFrame& frame = sums.spec.frame;
   frame.scale_exponent = in.get<int32_t>();
   for (double& x : frame.origin) x = in.get<double>();
@@ -170,7 +170,7 @@ AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& 
   }
   if (sums.spec.set & kAovLightGroups) sums.spec.groups = read_groups(&in, most_groups);
   for (int layer = 0; layer < kAovLayers; ++layer) {
-    if (!needs_layer(sums.spec.set, layer)) continue;
+    if (!has_layer(sums.spec, layer)) continue;
     read_layer(&in, tile_pixels, &sums.layers[static_cast<size_t>(layer)]);
   }
   read_splats(&in, grid, &sums.direct_splats);
@@ -193,7 +193,8 @@ size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups) {
 
 void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, int64_t samples,
                 const std::vector<ExactRgb>& camera, const std::vector<SplatSum>& splats) {
-  const Units limit = static_cast<Units>(samples) << kMaxContributionBits;
+  const int64_t most = sums.spec.weighted ? samples * kMaxSamplesPerIndex : samples;
+  const Units limit = static_cast<Units>(most) << kMaxContributionBits;
   const auto check_layer = [&](const std::vector<ExactRgb>& values, bool needed) {
     if (values.size() != (needed ? tile_pixels : 0)) refuse_partial("an AOV of another size than the tile");
     for (const ExactRgb& sum : values) {
@@ -203,14 +204,22 @@ void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, i
     }
   };
   for (int layer = 0; layer < kAovLayers; ++layer)
-    check_layer(sums.layers[static_cast<size_t>(layer)], needs_layer(sums.spec.set, layer));
+    check_layer(sums.layers[static_cast<size_t>(layer)], has_layer(sums.spec, layer));
   if (sums.groups.size() != group_layers(sums.spec.groups)) refuse_partial("a light group is missing");
   for (const GroupSums& group : sums.groups) {
     check_layer(group.camera, true);
     check_group_splats(group.splats, grid);
   }
-  for (const ExactRgb& sum : sums.layers[kDepthLayer]) {
-    if (sum.c[1] > static_cast<Units>(samples)) refuse_partial("more hits than samples");
+  const std::vector<ExactRgb>&weights = sums.layers[kWeightsLayer], &depths = sums.layers[kDepthLayer];
+  for (const ExactRgb& sum : weights) {
+    // A sample of the least level has the largest weight.
+    if (sum.c[0] > static_cast<Units>(samples) * (kWeightOne << -kLeastLevel) ||
+        sum.c[1] > static_cast<Units>(most))
+      refuse_partial("more weight than samples");
+  }
+  for (size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i].c[1] > (weights.empty() ? static_cast<Units>(samples) : weights[i].c[0]))
+      refuse_partial("more hits than samples");
   }
   const std::vector<ExactRgb>& direct = sums.layers[kDirectLayer];
   for (size_t i = 0; i < direct.size(); ++i) {

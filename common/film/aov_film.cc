@@ -30,6 +30,11 @@ struct PixelSums {
 
   Units of(AovLayer layer, int c) const { return sums.layers[layer][pixel].c[c]; }
   int64_t hits() const { return static_cast<int64_t>(of(kDepthLayer, 1)); }
+  /// What all but radiance is a mean over, hits among it; and the number of camera samples.
+  int64_t weights() const {
+    return sums.spec.weighted ? static_cast<int64_t>(of(kWeightsLayer, 0)) : samples;
+  }
+  int64_t count() const { return sums.spec.weighted ? static_cast<int64_t>(of(kWeightsLayer, 1)) : samples; }
 
   /// Direct light, or the rest: `indirect`. The difference is taken of exact sums.
   double light(bool indirect, int c) const {
@@ -96,26 +101,26 @@ struct PixelSums {
   double value(Aovs aov, int c) const {
     switch (aov) {
       case kAovAlbedo:
-        return samples > 0 ? albedo_of(of(kAlbedoLayer, c), samples) : 0;
+        return weights() > 0 ? albedo_of(of(kAlbedoLayer, c), weights()) : 0;
       case kAovNormal:
-        return samples > 0 ? normal_of(of(kNormalLayer, c), samples) : 0;
+        return weights() > 0 ? normal_of(of(kNormalLayer, c), weights()) : 0;
       case kAovDepth:
         return hits() > 0 ? depth_of(of(kDepthLayer, 0), hits(), sums.spec.frame) : 0;
       case kAovPosition:
         return hits() > 0 ? position_of(of(kPositionLayer, c), hits(), sums.spec.frame, c) : 0;
       case kAovAlpha:
-        return samples > 0 ? static_cast<double>(hits()) / static_cast<double>(samples) : 0;
+        return weights() > 0 ? static_cast<double>(hits()) / static_cast<double>(weights()) : 0;
       case kAovDirect:
         return light(false, c);
       case kAovIndirect:
         return light(true, c);
       case kAovVariance:
-        return variance_of(of(kVarianceLayer, c), samples > 0 ? colour.camera[pixel].c[c] : 0, samples,
-                           colour.quantum_exponent);
+        return variance_of(of(kVarianceLayer, c), weights(), samples > 0 ? colour.camera[pixel].c[c] : 0,
+                           samples, count(), colour.quantum_exponent);
       case kAovDifference:
         return difference(c);
       default:
-        return static_cast<double>(samples);
+        return static_cast<double>(count());
     }
   }
 
@@ -169,7 +174,9 @@ struct PixelSums {
     const ExactRgb part = half.layer(layer, pixel);
     if (feature == kAovDepth && (part.c[1] == 0 || part.c[1] == whole.c[1]))
       return 0;  // no hits in one of them
-    return scaled_difference(whole, part, static_cast<double>(samples), static_cast<double>(half_samples),
+    const int64_t of_half =
+        sums.spec.weighted ? static_cast<int64_t>(half.layer(kWeightsLayer, pixel).c[0]) : half_samples;
+    return scaled_difference(whole, part, static_cast<double>(weights()), static_cast<double>(of_half),
                              [&](const ExactRgb& sum, double count) {
                                const auto n = static_cast<int64_t>(count);
                                if (feature == kAovAlbedo) return albedo_of(sum.c[c], n);
@@ -256,7 +263,7 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
 void AovFilm::write(ByteWriter* out) const {
   if (empty()) return;
   const AovFrame& frame = sums_.spec.frame;
-  out->put<uint32_t>(sums_.spec.set);
+  out->put<uint32_t>(packed_set(sums_.spec));
   out->put<int32_t>(frame.scale_exponent);
   for (const double x : frame.origin) out->put<double>(x);
   if (sums_.spec.set & kAovLightGroups) {
@@ -264,18 +271,20 @@ void AovFilm::write(ByteWriter* out) const {
     out->put<uint32_t>(static_cast<uint32_t>(groups.size()));
     out->put_bytes(groups);
   }
-  for (const std::vector<ExactRgb>& layer : sums_.layers) put_stored_layer(layer, out);
+  for (size_t layer = 0; layer < kAovLayers; ++layer) {
+    if (layer != kWeightsLayer || sums_.spec.weighted) put_stored_layer(sums_.layers[layer], out);
+  }
   put_stored_layer(direct_splat_, out);
   for (const GroupLayers& group : groups_) {
     put_stored_layer(group.camera, out);
     put_stored_layer(group.splat, out);
   }
-  if (sums_.spec.set & kAovDifference) half_.write(out);
+  if (sums_.spec.set & kAovDifference) half_.write(sums_.spec.weighted, out);
 }
 
 void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   if (in->rest().empty()) return;
-  sums_.spec.set = in->get<uint32_t>();
+  unpack_set(in->get<uint32_t>(), &sums_.spec);
   AovFrame& frame = sums_.spec.frame;
   frame.scale_exponent = in->get<int32_t>();
   for (double& x : frame.origin) x = in->get<double>();
@@ -286,8 +295,9 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   }
   const auto pixels = entry(grid.crop.area());
   for (size_t layer = 0; layer < kAovLayers; ++layer) {
+    if (layer == kWeightsLayer && !sums_.spec.weighted) continue;
     sums_.layers[layer] = get_stored_layer(pixels, in);
-    if (sums_.layers[layer].empty() == needs_layer(sums_.spec.set, static_cast<int>(layer))) {
+    if (sums_.layers[layer].empty() == has_layer(sums_.spec, static_cast<int>(layer))) {
       in->fail("an AOV's layer is missing");
     }
   }
@@ -298,7 +308,7 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
     if (group.camera.empty()) in->fail("a light group is missing");
     group.splat = get_stored_layer(pixels, in);
   }
-  if (sums_.spec.set & kAovDifference) half_.read(in, grid, groups_.size());
+  if (sums_.spec.set & kAovDifference) half_.read(in, grid, sums_.spec.weighted, groups_.size());
 }
 
 }  // namespace lightmill

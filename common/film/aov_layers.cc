@@ -45,8 +45,10 @@ bool needs_layer(Aovs set, int layer) {
       return set & (kAovDepth | kAovPosition | kAovAlpha);
     case kDirectLayer:
       return set & (kAovDirect | kAovIndirect);
-    default:
+    case kVarianceLayer:
       return set & kAovVariance;
+    default:
+      return false;
   }
 }
 
@@ -68,12 +70,12 @@ Units square_units(float radiance, int quantum_exponent) {
   return square < limit ? static_cast<Units>(square) : static_cast<Units>(limit);  // NaN: the limit
 }
 
-double albedo_of(Units sum, int64_t samples) {
-  return std::ldexp(to_double(sum), -kFractionBits) / static_cast<double>(samples);
+double albedo_of(Units sum, int64_t weights) {
+  return std::ldexp(to_double(sum), -kFractionBits) / static_cast<double>(weights);
 }
 
-double normal_of(Units sum, int64_t samples) {
-  return std::ldexp(unbiased(sum, kNormalBias, samples), -kFractionBits) / static_cast<double>(samples);
+double normal_of(Units sum, int64_t weights) {
+  return std::ldexp(unbiased(sum, kNormalBias, weights), -kFractionBits) / static_cast<double>(weights);
 }
 
 double position_of(Units sum, int64_t hits, const AovFrame& frame, int axis) {
@@ -85,12 +87,13 @@ double depth_of(Units sum, int64_t hits, const AovFrame& frame) {
   return std::ldexp(to_double(sum) / static_cast<double>(hits), -kLengthBits - frame.scale_exponent);
 }
 
-double variance_of(Units squares, Units sum, int64_t samples, int quantum_exponent) {
-  if (samples < 2) return 0;
-  const auto n = static_cast<double>(samples);
+double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, int64_t count,
+                   int quantum_exponent) {
+  if (count < 2) return 0;
+  const auto n = static_cast<double>(count);
   // In units of S: both terms are near 1, where radiance itself may be anywhere in double's range.
-  const double mean = std::ldexp(to_double(sum), -kQuantumBitsBelowScale) / n;
-  const double square = std::ldexp(to_double(squares), -kSquareBits) / n;
+  const double mean = std::ldexp(to_double(sum), -kQuantumBitsBelowScale) / static_cast<double>(samples);
+  const double square = std::ldexp(to_double(squares), -kSquareBits) / static_cast<double>(weights);
   const double variance = std::max(0.0, square - mean * mean) * (n / (n - 1));
   return std::ldexp(variance, 2 * (quantum_exponent + kQuantumBitsBelowScale));
 }

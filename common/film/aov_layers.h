@@ -14,9 +14,14 @@
 //   direct    RGB                       the plan's quantum       every sample; light paths into direct_splats
 //   groups    RGB                       the plan's quantum       every sample; light paths into splats
 //   variance  RGB squared               2^-60 S^2                every sample
+//   weights   weight, samples, unused   1 / kWeightOne           every sample, where they differ
+//
+// Under adaptive sampling (common/job/sample_allocation.h) a sample has a weight, a power of two. There all
+// but radiance is added weight * kWeightOne times, and means are taken over the layer of weights.
 //
 // S is the plan's radiance scale (exact_sum.h).
 #include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +30,7 @@
 #include "common/film/splat_sum.h"
 #include "common/job/aovs.h"
 #include "common/job/packet_grid.h"
+#include "common/job/sample_allocation.h"
 
 namespace lightmill {
 
@@ -40,8 +46,17 @@ struct AovSpec {
   Aovs set = 0;
   AovFrame frame = {};
   LightGroups groups = {};  // with kAovLightGroups
+  bool weighted = false;    // samples have weights of their own: the job's samples are allocated
   bool operator==(const AovSpec&) const = default;
 };
+
+/// The set of a spec, and whether it is weighted, in one number of partials and snapshots.
+inline constexpr uint32_t kWeightedBit = 1u << 31;
+inline uint32_t packed_set(const AovSpec& spec) { return spec.set | (spec.weighted ? kWeightedBit : 0); }
+inline void unpack_set(uint32_t packed, AovSpec* spec) {
+  spec->set = packed & ~kWeightedBit;
+  spec->weighted = packed & kWeightedBit;
+}
 
 enum AovLayer {
   kAlbedoLayer,
@@ -50,10 +65,17 @@ enum AovLayer {
   kDepthLayer,
   kDirectLayer,
   kVarianceLayer,
+  kWeightsLayer,
   kAovLayers
 };
-/// Whether AOVs of the set are formed from this layer.
+/// Whether AOVs of the set are formed from this layer. The weights' is another matter: see the next one.
 bool needs_layer(Aovs set, int layer);
+/// Whether partials of the spec have this layer.
+inline bool has_layer(const AovSpec& spec, int layer) {
+  return layer == kWeightsLayer ? spec.set != 0 && spec.weighted : needs_layer(spec.set, layer);
+}
+/// What a weight of 1 counts, so that all weights are whole numbers.
+inline constexpr int kWeightOne = 1 << kMostLevel;
 
 /// How many groups have layers: all but the last one, which has what they leave of the colour.
 inline size_t group_layers(const LightGroups& groups) { return groups.empty() ? 0 : groups.size() - 1; }
@@ -82,14 +104,16 @@ Units position_units(float coordinate);  // normalised space, with its bias
 Units depth_units(float distance);       // normalised space
 Units square_units(float radiance, int quantum_exponent);
 
-// The inverse of sums over `samples` (>= 1) samples.
-double albedo_of(Units sum, int64_t samples);
-double normal_of(Units sum, int64_t samples);
-/// `hits` >= 1 of the samples; scene units along `axis`.
+// The inverse of sums over `weights` (>= 1), which are those of the samples or their number.
+double albedo_of(Units sum, int64_t weights);
+double normal_of(Units sum, int64_t weights);
+/// `hits` >= 1 of the weights; scene units along `axis`.
 double position_of(Units sum, int64_t hits, const AovFrame& frame, int axis);
 double depth_of(Units sum, int64_t hits, const AovFrame& frame);
-/// Variance of one sample, from the sum of squares and of radiance; 0 for a single sample.
-double variance_of(Units squares, Units sum, int64_t samples, int quantum_exponent);
+/// Variance of one of `count` samples: from the sum of squares, whose weights add up to `weights`, and that
+/// of radiance over `samples` sample indices. 0 for a single sample.
+double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, int64_t count,
+                   int quantum_exponent);
 
 /// The bytes that follow a partial's other layers. `tile_pixels`: of its rectangle.
 std::string encode_aovs(const AovSums& sums);

@@ -62,7 +62,7 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
   if (has_splat_layer) m.splats = SplatFrame(grid, quantum_exponent);
   m.aovs.spec = aovs;
   for (int layer = 0; layer < kAovLayers; ++layer) {
-    if (needs_layer(aovs.set, layer)) m.aovs.layers[static_cast<size_t>(layer)].resize(area);
+    if (has_layer(aovs, layer)) m.aovs.layers[static_cast<size_t>(layer)].resize(area);
   }
   if (has_splat_layer && needs_layer(aovs.set, kDirectLayer)) {
     m.direct_splats = SplatFrame(grid, quantum_exponent);
@@ -102,8 +102,7 @@ void PartialBuilder::add_camera(int cx, int cy, std::span<const ExactRgb, kCellP
 }
 
 void PartialBuilder::add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums) {
-  if (!needs_layer(impl_->aovs.spec.set, layer))
-    throw std::logic_error("PartialBuilder::add_aov: no such AOV");
+  if (!has_layer(impl_->aovs.spec, layer)) throw std::logic_error("PartialBuilder::add_aov: no such AOV");
   impl_->add_layer(cx, cy, sums, &impl_->aovs.layers[static_cast<size_t>(layer)]);
 }
 

@@ -47,8 +47,6 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
   if (s.plan) check_allocation(s.plan->allocation, s.grid);
   if (!valid_light_groups(s.light_groups) || (!s.light_groups.empty() && !(s.aovs & kAovLightGroups)))
     throw Error(kind, "unknown light groups");
-  if (s.plan && s.aovs && !s.plan->allocation.uniform())
-    throw Error(kind, "AOVs need as many samples in every pixel: add --uniform-sampling");
 }
 
 const char* integrator_name(Integrator integrator) {

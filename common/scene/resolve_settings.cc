@@ -106,8 +106,6 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
   if (options.denoise) s.aovs |= kAovsToDenoise;
   if (s.aovs & kAovLightGroups) s.light_groups = light_groups_of(scene);
-  // AOVs are means over samples that all count the same.
-  if (s.aovs) s.uniform_sampling = true;
   if (s.plan && s.uniform_sampling) s.plan->allocation = {};
   leave_out_impossible(scene, options, &s);
   if (s.plan) check_plan(*s.plan);

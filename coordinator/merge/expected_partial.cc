@@ -68,6 +68,8 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
     refuse("it brings the AOVs \"" + aov_names(partial.aovs.spec.set) + "\", the job asked for \"" +
            aov_names(settings.aovs) + "\"");
   }
+  if (partial.aovs.spec.weighted != (settings.aovs && !plan_of(settings).allocation.uniform()))
+    refuse("its samples' weights are not those of the job's sample allocation");
   if (partial.aovs.spec.groups != settings.light_groups) {
     refuse("it brings the light groups \"" + light_groups_text(partial.aovs.spec.groups) +
            "\", the job's scene has \"" + light_groups_text(settings.light_groups) + "\"");

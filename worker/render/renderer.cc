@@ -274,7 +274,8 @@ AovSpec Renderer::aovs() const {
   if (!impl_->settings.aovs) return {};
   return {impl_->settings.aovs,
           {s.scale_exponent, {s.origin.x, s.origin.y, s.origin.z}},
-          impl_->settings.light_groups};
+          impl_->settings.light_groups,
+          impl_->context.allocation != nullptr};
 }
 
 std::unique_ptr<Workspace> Renderer::make_workspace() const { return std::make_unique<WavefrontWorkspace>(); }

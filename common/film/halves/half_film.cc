@@ -12,7 +12,7 @@ namespace lightmill {
 
 namespace {
 
-constexpr AovLayer kLayersOfHalves[] = {kAlbedoLayer, kNormalLayer, kDepthLayer};
+constexpr AovLayer kLayersOfHalves[] = {kAlbedoLayer, kNormalLayer, kDepthLayer, kWeightsLayer};
 
 bool of_replicate_0(const TileSpec& tile) {
   const int64_t begin = superblock_of_sample(tile.sample_begin);
@@ -70,21 +70,23 @@ void HalfFilm::add(const Partial& partial, bool subtract) {
   }
 }
 
-void HalfFilm::write(ByteWriter* out) const {
+void HalfFilm::write(bool weighted, ByteWriter* out) const {
   out->put<int64_t>(half_end_);
   out->put<uint64_t>(light_paths_);
   out->put<uint64_t>(cell_samples_.size());
   for (const int64_t samples : cell_samples_) out->put<int64_t>(samples);
   put_stored_layer(camera_, out);
   put_stored_layer(splat_, out);
-  for (const AovLayer layer : kLayersOfHalves) put_stored_layer(layers_[layer], out);
+  for (const AovLayer layer : kLayersOfHalves) {
+    if (weighted || layer != kWeightsLayer) put_stored_layer(layers_[layer], out);
+  }
   for (const GroupLayers& group : groups_) {
     put_stored_layer(group.camera, out);
     put_stored_layer(group.splat, out);
   }
 }
 
-void HalfFilm::read(ByteReader* in, const FilmGrid& grid, size_t groups) {
+void HalfFilm::read(ByteReader* in, const FilmGrid& grid, bool weighted, size_t groups) {
   half_end_ = in->get<int64_t>();
   if (half_end_ < 1 || half_end_ > kSuperblockSamples) in->fail("unknown half");
   light_paths_ = in->get<uint64_t>();
@@ -98,7 +100,9 @@ void HalfFilm::read(ByteReader* in, const FilmGrid& grid, size_t groups) {
   const auto pixels = static_cast<size_t>(grid.crop.area());
   camera_ = get_stored_layer(pixels, in);
   splat_ = get_stored_layer(pixels, in);
-  for (const AovLayer layer : kLayersOfHalves) layers_[layer] = get_stored_layer(pixels, in);
+  for (const AovLayer layer : kLayersOfHalves) {
+    if (weighted || layer != kWeightsLayer) layers_[layer] = get_stored_layer(pixels, in);
+  }
   groups_.resize(groups);
   for (GroupLayers& group : groups_) {
     group.camera = get_stored_layer(pixels, in);

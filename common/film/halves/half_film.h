@@ -55,10 +55,9 @@ class HalfFilm {
   int64_t samples(size_t cell) const { return cell < cell_samples_.size() ? cell_samples_[cell] : 0; }
   uint64_t light_paths() const { return light_paths_; }
 
-  /// Part of the film's snapshot.
-  void write(ByteWriter* out) const;
-  /// `groups`: how many light groups have layers.
-  void read(ByteReader* in, const FilmGrid& grid, size_t groups);
+  /// Part of the film's snapshot. `weighted`: AovSpec::weighted. `groups`: how many light groups have layers.
+  void write(bool weighted, ByteWriter* out) const;
+  void read(ByteReader* in, const FilmGrid& grid, bool weighted, size_t groups);
 
  private:
   bool holds(const TileSpec& tile) const;
@@ -69,7 +68,8 @@ class HalfFilm {
 
   int64_t half_end_ = 1;  // samples before it are the half; kSuperblockSamples: those of replicate 0 are
   std::vector<ExactRgb> camera_, splat_;
-  std::array<std::vector<ExactRgb>, kAovLayers> layers_;  // albedo, normal and depth, if they are asked for
+  // Albedo, normal and depth, if they are asked for; weights.
+  std::array<std::vector<ExactRgb>, kAovLayers> layers_;
   std::vector<GroupLayers> groups_;
   std::vector<int64_t> cell_samples_;
   uint64_t light_paths_ = 0;

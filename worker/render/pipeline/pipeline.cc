@@ -121,7 +121,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
   std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
   std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
   std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
-  if (w.aovs) w.aovs->begin_layer();
+  if (w.aovs) w.aovs->begin_layer(w);
   trace_camera_paths(context, layer, w);
   const StageScope scope(w, Stage::kFilm);
   film_finish_pass(context, quantum_exponent, w);

@@ -78,14 +78,15 @@ Lane depth_of_point(const Camera& camera, const Vec3<Lane>& p) {
 
 void AovRecorder::begin_packet() {
   for (int layer = 0; layer < kAovLayers; ++layer) {
-    if (needs_layer(spec_.set, layer)) sums_[static_cast<size_t>(layer)].assign(kCellPixels, {});
+    if (has_layer(spec_, layer)) sums_[static_cast<size_t>(layer)].assign(kCellPixels, {});
   }
   direct_splats_.clear();
   group_sums_.assign(group_layers(spec_.groups), std::vector<ExactRgb>(kCellPixels));
   groups_.splat_groups.clear();
 }
 
-void AovRecorder::begin_layer() {
+void AovRecorder::begin_layer(const Wavefront& w) {
+  std::copy_n(w.slots.weight, kWavefront, weight_);
   std::fill(groups_.radiance.begin(), groups_.radiance.end(), std::array<float, 3>{});
   std::memset(albedo_, 0, sizeof albedo_);
   std::memset(normal_, 0, sizeof normal_);
@@ -192,22 +193,25 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
   for (size_t i = 0; i < kWavefront; ++i) {
     if (!w.slots.taken[i]) continue;
     const auto pixel = static_cast<size_t>(w.slots.pixel[i]);
+    const auto times = spec_.weighted ? static_cast<Units>(weight_[i] * kWeightOne) : Units{1};
+    if (spec_.weighted) {
+      sums_[kWeightsLayer][pixel].c[0] += times;
+      sums_[kWeightsLayer][pixel].c[1] += 1;
+    }
     for (size_t c = 0; c < 3; ++c) {
-      if (set & kAovAlbedo) sums_[kAlbedoLayer][pixel].c[c] += albedo_units(albedo_[c][i]);
-      if (set & kAovNormal) sums_[kNormalLayer][pixel].c[c] += normal_units(normal_[c][i]);
+      if (set & kAovAlbedo) sums_[kAlbedoLayer][pixel].c[c] += times * albedo_units(albedo_[c][i]);
+      if (set & kAovNormal) sums_[kNormalLayer][pixel].c[c] += times * normal_units(normal_[c][i]);
       if (hit_[i] && (set & kAovPosition))
-        sums_[kPositionLayer][pixel].c[c] += position_units(position_[c][i]);
+        sums_[kPositionLayer][pixel].c[c] += times * position_units(position_[c][i]);
     }
     if (hit_[i] && needs_layer(set, kDepthLayer)) {
-      sums_[kDepthLayer][pixel].c[0] += depth_units(depth_[i]);
-      sums_[kDepthLayer][pixel].c[1] += 1;
+      sums_[kDepthLayer][pixel].c[0] += times * depth_units(depth_[i]);
+      sums_[kDepthLayer][pixel].c[1] += times;
     }
     float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
     float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
     if (context.response) context.response->mix(&direct_light[0], &direct_light[1], &direct_light[2]);
-    if (context.response || context.signed_film) {
-      for (size_t c = 0; c < 3; ++c) radiance[c] *= w.slots.weight[i], direct_light[c] *= w.slots.weight[i];
-    }
+    for (size_t c = 0; c < 3; ++c) radiance[c] *= w.slots.weight[i], direct_light[c] *= w.slots.weight[i];
     const auto units = [&](float x) {
       return context.signed_film ? to_signed_units(x, quantum_exponent) : to_units(x, quantum_exponent);
     };
@@ -221,7 +225,7 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
         sums_[kDirectLayer][pixel].c[c] += direct.value_or(0);
       }
       if (set & kAovVariance)
-        sums_[kVarianceLayer][pixel].c[c] += square_units(radiance[c], quantum_exponent);
+        sums_[kVarianceLayer][pixel].c[c] += times * square_units(radiance[c] / weight_[i], quantum_exponent);
     }
   }
 }
@@ -229,7 +233,7 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
 void AovRecorder::finish_packet(const Packet& packet, PartialBuilder& builder) {
   for (int layer = 0; layer < kAovLayers; ++layer) {
     const std::vector<ExactRgb>& sums = sums_[static_cast<size_t>(layer)];
-    if (!needs_layer(spec_.set, layer)) continue;
+    if (!has_layer(spec_, layer)) continue;
     builder.add_aov(layer, packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
   }
   if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);

@@ -19,7 +19,7 @@ class AovRecorder {
   const AovSpec& spec() const { return spec_; }
 
   void begin_packet();
-  void begin_layer();
+  void begin_layer(const Wavefront& w);
   /// Takes camera vertices at `depth`, before anything is sampled there.
   void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth,
             const Paths& paths);
@@ -54,6 +54,7 @@ class AovRecorder {
   alignas(32) float albedo_[3][kWavefront], normal_[3][kWavefront], position_[3][kWavefront];
   alignas(32) float depth_[kWavefront];
   alignas(32) float direct_[3][kWavefront], before_[3][kWavefront];
+  float weight_[kWavefront];  // of the sample, whatever the sensor makes of it later
   uint8_t hit_[kWavefront], surface_found_[kWavefront];
   std::array<std::vector<ExactRgb>, kAovLayers> sums_;  // of the packet's cell
   std::vector<Splat> direct_splats_;
