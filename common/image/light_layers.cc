@@ -12,7 +12,7 @@ namespace lightmill {
 
 namespace {
 
-constexpr std::string_view kOurPrefix = "lightgroup_", kDifferenceSuffix = "_difference";
+constexpr std::string_view kOurPrefix = "lightgroup_", kOfDifference = "_difference";
 constexpr std::string_view kOtherPrefixes[] = {"Combined_", "RGBA_", "C_"};
 constexpr double kRestOfOurs = 0.01;  // share of the picture's light
 
@@ -148,12 +148,12 @@ LightLayers find_light_layers(const ChannelImage& file, const std::string& path)
   for (const LayerChannels& layer : layers) by_name[layer.name] = &layer;
   LightLayers lights;
   for (const LayerChannels& layer : layers) {
-    if (ours && layer.name.ends_with(kDifferenceSuffix) &&
-        by_name.contains(layer.name.substr(0, layer.name.size() - kDifferenceSuffix.size()))) {
+    if (ours && layer.name.ends_with(kOfDifference) &&
+        by_name.contains(layer.name.substr(0, layer.name.size() - kOfDifference.size()))) {
       continue;  // it is taken with its group
     }
     LightLayer group{layer.name, all_three(layer, prefix, path), {}};
-    const auto difference = by_name.find(layer.name + std::string(kDifferenceSuffix));
+    const auto difference = by_name.find(layer.name + std::string(kOfDifference));
     if (ours && difference != by_name.end()) group.difference = all_three(*difference->second, prefix, path);
     lights.groups.push_back(std::move(group));
   }

@@ -5,6 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/film/film.h"
+#include "common/job/sample_allocation.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
 
@@ -190,6 +191,63 @@ TEST(Aovs, VarianceIsThatOfTheCameraSamples) {
     }
   }
   EXPECT_GT(total, 0);
+}
+
+// What AOVs say does not depend on where samples are spent.
+TEST(Aovs, OfAllocatedSamplesSayTheSame) {
+  constexpr int64_t kSpp = 22;  // groups of four sample indices are cut
+  TestScene s = cornell_room();
+  s.scene.area_lights.back().light_group = "ceiling";
+  s.point_light({-0.5, 0.4, 0.1}, {0.4f, 0.3f, 0.5f});
+  const SceneDescription scene = s.film(70, 40).scene;
+  for (const Integrator integrator : {Integrator::kPt, Integrator::kBdpt}) {
+    RenderSettings settings = with_aovs(settings_for(scene, integrator, kSpp, 5));
+    settings.light_groups = {"ceiling", "rest"};
+    const Layers uniform(scene, settings);
+    settings.plan = plan_of(settings);
+    const RegionGrid regions = regions_of(settings.grid);
+    settings.plan->allocation.levels = std::string(static_cast<size_t>(regions.count()), '0');
+    for (int64_t i = 0; i < regions.count(); ++i)
+      settings.plan->allocation.set_level(i, kLeastLevel + static_cast<int>(i * 7 % 5));
+    const Renderer renderer(scene, settings, 1);
+    ASSERT_TRUE(renderer.aovs().weighted);
+    Film whole(settings.grid), parts(settings.grid);
+    whole.fold(render_partial(renderer));
+    for (const auto& [begin, end] : {std::pair{16, 22}, {5, 16}, {0, 5}}) {
+      parts.fold(decode_partial(encode_partial(render_samples(renderer, begin, end))));
+      parts = Film::restore(parts.snapshot());
+    }
+    const Layers adapted(whole), in_parts(parts);
+    EXPECT_EQ(adapted.beauty.data, in_parts.beauty.data);
+    double variance = 0, uniform_variance = 0;
+    for (int y = 0; y < 40; ++y) {
+      for (int x = 0; x < 70; ++x) {
+        SCOPED_TRACE(testing::Message() << name_of(integrator) << ' ' << x << ' ' << y);
+        const int level = settings.plan->allocation.level(regions.at(x, y));
+        const double samples = 4 + std::ldexp(kSpp - 4.0, level);
+        ASSERT_GE(adapted.at("samples.V", x, y), std::floor(samples));
+        ASSERT_LE(adapted.at("samples.V", x, y), std::ceil(samples));
+        ASSERT_EQ(adapted.at("A", x, y), 1);
+        for (const char* channel :
+             {"samples.V", "normal.X", "albedo.R", "depth.Z", "position.Y", "variance.G", "direct.B"})
+          ASSERT_EQ(adapted.at(channel, x, y), in_parts.at(channel, x, y)) << channel;
+        const float colour = adapted.beauty.pixel(x, y)[0];
+        ASSERT_NEAR(adapted.at("direct.R", x, y) + adapted.at("indirect.R", x, y), colour, 1e-5f * colour);
+        ASSERT_NEAR(adapted.at("lightgroup_ceiling.R", x, y) + adapted.at("lightgroup_rest.R", x, y), colour,
+                    1e-5f * colour);
+        const float length = std::hypot(uniform.at("normal.X", x, y), uniform.at("normal.Y", x, y),
+                                        uniform.at("normal.Z", x, y));
+        if (length > 1 - 1e-6f) {
+          for (const char* channel : {"normal.X", "normal.Y", "normal.Z", "albedo.R", "albedo.G"})
+            ASSERT_NEAR(adapted.at(channel, x, y), uniform.at(channel, x, y), 1e-5f) << channel;
+          ASSERT_NEAR(adapted.at("depth.Z", x, y), uniform.at("depth.Z", x, y), 0.05f);
+        }
+        variance += adapted.at("variance.G", x, y);
+        uniform_variance += uniform.at("variance.G", x, y);
+      }
+    }
+    EXPECT_NEAR(variance, uniform_variance, 0.2 * uniform_variance);
+  }
 }
 
 TEST(Aovs, BytesThatNobodyWroteAreRefused) {
