@@ -104,7 +104,7 @@ struct GroupGuides {
   Halves<Sums> sums;
 };
 
-GroupGuides guide_groups(const EmissionGroups& groups, const std::vector<GroupSums>& sums) {
+GroupGuides guide_groups(const EmissionGroups& groups, const std::vector<EmissionGroupSums>& sums) {
   GroupGuides emission_guide;
   for (size_t g = 0; g < sums.size(); ++g) {
     const EmissionShape shape = groups.shape[g];
@@ -147,7 +147,7 @@ void train_emission_guide(const StageContext& context, int threads, RenderScene*
   if (groups.count() < 2 && std::none_of(groups.shape.begin(), groups.shape.end(), can_be_guided)) return;
   const LightPathSums preview = preview_light_paths(context, groups, threads);
   double before = preview.rest;
-  for (const GroupSums& group : preview.groups) before += group.all[0] + group.all[1];
+  for (const EmissionGroupSums& group : preview.groups) before += group.all[0] + group.all[1];
   GroupGuides emission_guide = guide_groups(groups, preview.groups);
   const double after = preview.rest +
                        rechosen(groups.chosen, emission_guide.sums[0],

@@ -43,7 +43,7 @@ class LightPathPreview {
     sums.groups.resize(groups_.count());
     for (const std::vector<PreviewArrival>& arrivals : arrivals_) {
       for (const PreviewArrival& a : arrivals) {
-        GroupSums& to = sums.groups[static_cast<size_t>(a.group)];
+        EmissionGroupSums& to = sums.groups[static_cast<size_t>(a.group)];
         const double x = square(a);
         to.all[a.second_half] += x;
         if (a.cell < 0) {

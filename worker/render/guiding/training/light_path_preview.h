@@ -14,7 +14,7 @@ inline constexpr size_t kEmissionCells = size_t{kEmissionSide} * kEmissionSide;
 using EmissionCells = std::array<double, kEmissionCells>;  // row-major over [-1, 1]^2
 
 /// Sums of squares of what the light paths of a group bring, weighed as in relMSE.
-struct GroupSums {
+struct EmissionGroupSums {
   // By half of the samples. `cells`: where the direction can be guided; times the density that it had on its
   // square, over that of an even draw.
   std::array<double, 2> all{}, without_direction{};
@@ -22,7 +22,7 @@ struct GroupSums {
 };
 
 struct LightPathSums {
-  std::vector<GroupSums> groups;
+  std::vector<EmissionGroupSums> groups;
   double rest = 0;  // variance of all that came without light paths, weighed and summed the same way
 };
 
