@@ -3,19 +3,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <stdexcept>
 
 #include "common/base/error.h"
 #include "common/base/lower_case.h"
+#include "common/image/color_channels.h"
 #include "common/image/image_library.h"
-#include "common/image/image_reader.h"
+#include "common/image/library_message.h"
 #include "common/image/pfm_file.h"
-#include "common/job/settings.h"
 
 namespace lightmill {
 
@@ -35,15 +35,8 @@ Format format_of(const std::string& path) {
                                      "\"; name the output .exr, .png, .hdr or .pfm");
 }
 
-/// The libraries' messages may span lines; ours is one.
-std::string one_line(std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  while (!message.empty() && message.back() == ' ') message.pop_back();
-  return message.empty() ? "unknown error" : message;
-}
-
 [[noreturn]] void cannot_write(const std::string& path, const std::string& why) {
-  throw Error(ErrorKind::kFailed, path + ": can't write the image: " + one_line(why));
+  throw Error(ErrorKind::kFailed, path + ": can't write the image: " + library_message(why));
 }
 
 /// Where the bytes go in the end: a symbolic link keeps pointing to its file.
@@ -72,21 +65,23 @@ std::vector<uint8_t> to_bytes(const Image& image, const ViewTransform& view) {
   return bytes;
 }
 
-/// The layers' channels behind the image's own, as one image. Throws std::logic_error on layers of another
-/// size.
-Image with_layers(const Image& image, const ChannelImage& layers) {
-  const int extra = layers.image.channels;
-  if (layers.image.width != image.width || layers.image.height != image.height ||
-      layers.channels.size() != static_cast<size_t>(extra)) {
+/// The layers' channels, if there are any, behind the image's own, as one image. Throws std::logic_error on
+/// layers of another size.
+ChannelImage with_layers(const Image& image, const ChannelImage* layers) {
+  const int extra = layers ? layers->image.channels : 0;
+  if (layers && (layers->image.width != image.width || layers->image.height != image.height ||
+                 layers->channels.size() != static_cast<size_t>(extra))) {
     throw std::logic_error("write_image: layers of another size than the image");
   }
-  Image all(image.width, image.height, image.channels + extra);
+  ChannelImage all{Image(image.width, image.height, image.channels + extra), {"R", "G", "B"}};
+  all.channels.resize(static_cast<size_t>(image.channels));
+  if (layers) all.channels.insert(all.channels.end(), layers->channels.begin(), layers->channels.end());
   const auto own = static_cast<size_t>(image.channels), more = static_cast<size_t>(extra);
   const size_t pixels = image.data.size() / own;
   for (size_t i = 0; i < pixels; ++i) {
-    float* to = &all.data[i * (own + more)];
+    float* to = &all.image.data[i * (own + more)];
     std::copy_n(&image.data[i * own], own, to);
-    std::copy_n(&layers.image.data[i * more], more, to + own);
+    if (layers) std::copy_n(&layers->image.data[i * more], more, to + own);
   }
   return all;
 }
@@ -96,49 +91,57 @@ bool is_wide(const std::string& channel) {
   return channel.starts_with("depth") || channel.starts_with("position.") || channel.starts_with("samples.");
 }
 
+std::array<float, 8> chromaticities_of(const RgbPrimaries& p) {
+  std::array<float, 8> xy{};
+  size_t at = 0;
+  for (const auto& point : {p.red, p.green, p.blue, p.white}) {
+    for (const double coordinate : point) xy[at++] = static_cast<float>(coordinate);
+  }
+  return xy;
+}
+
+/// What an EXR says besides its pixels, and these, which stay in `image` or go into `all`.
+void describe_exr(const Image& image, const ImageWriteOptions& options, ChannelImage* all,
+                  ImageToWrite* out) {
+  out->half = options.half;
+  out->chromaticities = chromaticities_of(primaries_of(options.space));
+  for (const auto& [key, value] : options.metadata) out->attributes.emplace_back("lightmill:" + key, value);
+  out->attributes.emplace_back("colorInteropID", interop_id(options.space));
+  out->floats = image.data.data();
+  const bool layered = options.layers && !options.layers->channels.empty();
+  // A grey is the same in all of them.
+  const bool converted = options.space != ImageSpace::kRec709 && image.channels == 3;
+  if (!layered && !converted) return;
+  *all = with_layers(image, layered ? options.layers : nullptr);
+  if (converted) convert_colors(all, *rgb_conversion(kRec709Primaries, primaries_of(options.space)));
+  for (size_t i = static_cast<size_t>(image.channels); i < all->channels.size(); ++i)
+    out->layers.push_back({all->channels[i], is_wide(all->channels[i])});
+  out->floats = all->image.data.data();
+}
+
 /// Into `memory` if it is not null.
 void write_by_library(const Image& image, Format format, const fs::path& path,
                       const ImageWriteOptions& options, std::vector<unsigned char>* memory) {
   ImageToWrite out;
-  Image all;
+  ChannelImage all;
   std::vector<uint8_t> bytes;
   if (format == Format::kPng) {
     out.format = ImageToWrite::Format::kPng;
-    out.linear = options.view.curve == ViewCurve::kNone;
+    out.encoding = options.view.curve == ViewCurve::kNone ? ImageToWrite::Encoding::kLinear
+                                                          : ImageToWrite::Encoding::kSrgb;
     bytes = to_bytes(image, options.view);
     out.bytes = bytes.data();
   } else if (format == Format::kHdr) {
     out.format = ImageToWrite::Format::kHdr;
     out.floats = image.data.data();
   } else {
-    out.half = options.half;
-    const bool layered = options.layers && !options.layers->channels.empty();
-    if (layered) {
-      all = with_layers(image, *options.layers);
-      for (const std::string& name : options.layers->channels) out.layers.push_back({name, is_wide(name)});
-    }
-    out.floats = (layered ? all : image).data.data();
-    for (const auto& [key, value] : options.metadata) out.attributes.emplace_back("lightmill:" + key, value);
+    describe_exr(image, options, &all, &out);
   }
   out.width = image.width;
   out.height = image.height;
   out.channels = image.channels + static_cast<int>(out.layers.size());
   std::string why;
   if (!image_library().write(out, path.string(), memory, &why)) cannot_write(path.string(), why);
-}
-
-[[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
-  throw Error(ErrorKind::kFailed, path + ": can't read the image: " + one_line(why));
-}
-
-ImageReader open_image(const std::string& path) {
-  std::error_code ec;
-  if (!fs::exists(path, ec)) cannot_read(path, "no such file");
-  if (fs::is_directory(path, ec)) cannot_read(path, "it is a folder");
-  std::string why;
-  auto in = ImageReader::open({path}, &why);
-  if (!in) cannot_read(path, why);
-  return std::move(*in);
 }
 
 void check_shape(const Image& image, const std::string& path) {
@@ -232,52 +235,6 @@ void check_writable(const std::string& path) {
     }
   }
   fs::remove(probe, ec);
-}
-
-Image read_image(const std::string& path) {
-  const ImageReader in = open_image(path);
-  const ImageHeader& file = in.header();
-  if (file.width < 1 || file.height < 1 || file.depth > 1 || file.channels < 1 ||
-      file.width > kMaxResolution || file.height > kMaxResolution ||
-      int64_t{file.width} * file.height > kMaxPixels) {
-    cannot_read(path, "its size is out of range (at most " + std::to_string(kMaxPixels) + " pixels)");
-  }
-  const int used = file.channels >= 3 ? 3 : 1;
-  Image raw(file.width, file.height, used);
-  std::string why;
-  if (!in.read(0, used, raw.data.data(), &why)) cannot_read(path, why);
-  // Integer files hold sRGB values unless they say otherwise; floats are linear.
-  if (!file.is_floating_point && !file.says_linear) {
-    for (float& v : raw.data) v = srgb_to_linear(v);
-  }
-  if (used == 3) return raw;
-  Image image(file.width, file.height, 3);
-  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = raw.data[i / 3];
-  return image;
-}
-
-ChannelImage read_channels(const std::string& path, int64_t max_pixels) {
-  const ImageReader in = open_image(path);
-  const ImageHeader& file = in.header();
-  if (file.width < 1 || file.height < 1 || file.depth > 1 || file.channels < 1) {
-    cannot_read(path, "it has no pixels");
-  }
-  if (!file.is_floating_point) cannot_read(path, "it does not hold floats");
-  if (int64_t{file.width} * file.height > max_pixels) {
-    throw Error(ErrorKind::kUsage, path + ": it has " + std::to_string(file.width) + "x" +
-                                       std::to_string(file.height) + " pixels; at most " +
-                                       std::to_string(max_pixels) + " can be taken");
-  }
-  ChannelImage result;
-  result.image = Image(file.width, file.height, file.channels);
-  result.channels = in.channel_names();
-  std::string why;
-  if (!in.read(0, file.channels, result.image.data.data(), &why)) cannot_read(path, why);
-  return result;
-}
-
-std::string read_image_metadata(const std::string& path, const std::string& key) {
-  return open_image(path).attribute("lightmill:" + key);
 }
 
 }  // namespace lightmill

@@ -2,9 +2,11 @@
 // A float image in memory, and its files (image_library.h; PFM is our own).
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/image/image_space.h"
 #include "common/image/view_transform.h"
 
 namespace lightmill {
@@ -33,16 +35,18 @@ struct ChannelImage {
 };
 
 struct ImageWriteOptions {
-  bool half = false;                            // EXR only
-  std::map<std::string, std::string> metadata;  // EXR string attributes "lightmill:KEY"
-  const ChannelImage* layers = nullptr;         // EXR only: more channels, of the same size; may be empty
-  ViewTransform view = {};                      // PNG only
+  bool half = false;                              // EXR only
+  std::map<std::string, std::string> metadata{};  // EXR string attributes "lightmill:KEY"
+  const ChannelImage* layers = nullptr;           // EXR only: more channels, of the same size; may be empty
+  ViewTransform view = {};                        // PNG only
+  ImageSpace space = ImageSpace::kRec709;         // EXR only: what the colours are converted to
 };
 
 /// Writes by extension: .exr (float or half, with metadata and layers), .png (8-bit, as `view` says), .hdr,
-/// .pfm. In half floats distances, positions and counts stay floats: half has 11 bits. Written to a temporary
-/// file beside `path` and renamed, so a reader never sees half an image.
-/// Throws Error(kFailed) if it can't be written, Error(kUsage) on an unknown extension.
+/// .pfm. In half floats distances, positions and counts stay floats: half has 11 bits. An .exr says its
+/// primaries; convert_colors (color_channels.h) says what of it is converted to others. Written to a
+/// temporary file beside `path` and renamed, so a reader never sees half an image. Throws Error(kFailed) if
+/// it can't be written, Error(kUsage) on an unknown extension.
 void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options = {});
 /// The bytes of a PNG file (8-bit sRGB). Throws Error(kFailed) on an image without pixels.
 std::string encode_png(const Image& image);
@@ -54,12 +58,16 @@ float srgb_to_linear(float encoded);
 /// Throws Error(kUsage) on an unknown extension and Error(kFailed) if the folder can't be written to or the
 /// library can't be loaded that writes the format; to be called before a long render.
 void check_writable(const std::string& path);
-/// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
-/// single channel is replicated). Throws Error(kFailed).
+/// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear, an .exr that says other
+/// primaries to Rec.709. First 3 channels (a single channel is replicated). Throws Error(kFailed).
 Image read_image(const std::string& path);
-/// All channels of a file of floats, as stored, with their names. Throws Error(kFailed), also where the file
-/// has integers, and Error(kUsage) if there are more than `max_pixels`.
+/// All channels of a file of floats with their names: as stored, or if it says other primaries, with its
+/// colours converted to Rec.709 by convert_colors. Throws Error(kFailed), also where the file has integers,
+/// and Error(kUsage) if there are more than `max_pixels`.
 ChannelImage read_channels(const std::string& path, int64_t max_pixels);
+/// What an image file says of its primaries: nothing if they are none that can be written; Rec.709 if it says
+/// nothing. Throws Error(kFailed) if it can't be read.
+std::optional<ImageSpace> read_image_space(const std::string& path);
 /// ImageWriteOptions::metadata[key] of an image file; empty if it has none. Throws Error(kFailed) if it can't
 /// be read.
 std::string read_image_metadata(const std::string& path, const std::string& key);

@@ -10,8 +10,10 @@
 //   std::string why;
 //   const ImageLibrary& library = image_library();
 //   if (!library.write(image, "a.exr", nullptr, &why)) throw Error(ErrorKind::kFailed, "a.exr: " + why);
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,7 @@ struct ImageHeader {
   bool is_bytes = false;                               // unsigned, of 8 bits
   bool is_floating_point = false;
   bool says_linear = false;  // that its values are proportional to light, whatever their type
+  std::optional<std::array<float, 8>> chromaticities{};  // EXR: CIE xy of red, green, blue and white
 };
 
 struct ImageSource {
@@ -37,17 +40,19 @@ struct ImageSource {
 /// Pixels as a file is to hold them, row-major and interleaved, top row first.
 struct ImageToWrite {
   enum class Format { kExr, kPng, kHdr };
+  enum class Encoding { kLinear, kSrgb, kUnknown };
   struct Layer {
     std::string name;  // of the channel
     bool whole;        // float where the others are half
   };
   Format format = Format::kExr;
   int width = 0, height = 0, channels = 0;
-  const float* floats = nullptr;   // EXR, HDR
-  const uint8_t* bytes = nullptr;  // PNG
-  bool half = false;               // EXR: in half floats
-  bool linear = true;              // what the file says of its values
-  std::vector<Layer> layers;       // EXR: the last channels; those before have usual names
+  const float* floats = nullptr;                         // EXR, HDR
+  const uint8_t* bytes = nullptr;                        // PNG
+  bool half = false;                                     // EXR: in half floats
+  Encoding encoding = Encoding::kLinear;                 // what the file says of its values
+  std::optional<std::array<float, 8>> chromaticities{};  // EXR: as ImageHeader's
+  std::vector<Layer> layers;  // EXR: the last channels; those before have usual names
   std::vector<std::pair<std::string, std::string>> attributes;  // EXR: name and text
 };
 

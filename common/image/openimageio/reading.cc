@@ -13,6 +13,16 @@ struct OpenImageFile {
 };
 
 namespace openimageio {
+namespace {
+
+std::optional<std::array<float, 8>> chromaticities_of(const OIIO::ImageSpec& spec) {
+  std::array<float, 8> xy{};
+  if (!spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), xy.data()))
+    return std::nullopt;
+  return xy;
+}
+
+}  // namespace
 
 OpenImageFile* open(const ImageSource& source, ImageHeader* header, std::string* why) {
   auto file = std::make_unique<OpenImageFile>();
@@ -37,7 +47,8 @@ OpenImageFile* open(const ImageSource& source, ImageHeader* header, std::string*
              spec.nchannels,
              spec.format == OIIO::TypeDesc::UINT8,
              spec.format.is_floating_point(),
-             spec.get_string_attribute("oiio:ColorSpace") == "Linear"};
+             spec.get_string_attribute("oiio:ColorSpace") == "Linear",
+             chromaticities_of(spec)};
   return file.release();
 }
 

@@ -40,7 +40,12 @@ bool write(const ImageToWrite& image, const std::string& path, std::vector<unsig
     return false;
   }
   OIIO::ImageSpec spec(image.width, image.height, image.channels, type_in_file(image));
-  spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
+  if (image.encoding != ImageToWrite::Encoding::kUnknown) {
+    spec.attribute("oiio:ColorSpace", image.encoding == ImageToWrite::Encoding::kLinear ? "Linear" : "sRGB");
+  }
+  if (image.chromaticities) {
+    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), image.chromaticities->data());
+  }
   if (!image.layers.empty()) describe_layers(image, &spec);
   if (image.format == Format::kExr) spec.attribute("compression", "zip");
   for (const auto& [name, text] : image.attributes) spec.attribute(name, text);
