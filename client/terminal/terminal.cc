@@ -16,12 +16,12 @@ winsize size_of(std::FILE* stream) {
   return size;
 }
 
-std::string colour_code(const char* layer, const float* rgb, const ViewTransform& view) {
+std::string colour_code(const char* layer, const float* rgb) {
   std::string code = "\033[";
   code.append(layer).append(";2");
   for (int c = 0; c < 3; ++c) {
     code += ';';
-    code += std::to_string(std::lround(255 * view_value(rgb[c], view)));
+    code += std::to_string(std::lround(255 * rgb[c]));
   }
   code += 'm';
   return code;
@@ -60,11 +60,13 @@ std::string coloured(const std::string& text, const char* sgr, bool colour) {
 }
 
 std::string terminal_picture(const Image& image, const ViewTransform& view) {
+  Image shown(image.width, image.height);
+  view_pixels(image.data.data(), image.data.size() / 3, 3, view, shown.data.data());
   std::string picture;
   for (int y = 0; y < image.height; y += 2) {
     for (int x = 0; x < image.width; ++x) {
-      picture += colour_code("38", image.pixel(x, y), view);
-      if (y + 1 < image.height) picture += colour_code("48", image.pixel(x, y + 1), view);
+      picture += colour_code("38", shown.pixel(x, y));
+      if (y + 1 < image.height) picture += colour_code("48", shown.pixel(x, y + 1));
       picture += "\u2580";
     }
     picture += "\033[0m\n";

@@ -59,10 +59,22 @@ fs::path temporary_beside(const fs::path& path) {
 
 std::vector<uint8_t> to_bytes(const Image& image, const ViewTransform& view) {
   std::vector<uint8_t> bytes(image.data.size());
-  for (size_t i = 0; i < bytes.size(); ++i) {
-    bytes[i] = static_cast<uint8_t>(std::lround(255.0f * view_value(image.data[i], view)));
+  // A part at a time, as views are of floats.
+  constexpr size_t kPixelsAtOnce = 1 << 14;
+  const auto channels = static_cast<size_t>(image.channels);
+  std::vector<float> shown(kPixelsAtOnce * channels);
+  for (size_t at = 0; at < bytes.size(); at += shown.size()) {
+    const size_t values = std::min(shown.size(), bytes.size() - at);
+    view_pixels(&image.data[at], values / channels, image.channels, view, shown.data());
+    for (size_t i = 0; i < values; ++i) bytes[at + i] = static_cast<uint8_t>(std::lround(255.0f * shown[i]));
   }
   return bytes;
+}
+
+ImageToWrite::Encoding encoding_of(const ViewTransform& view) {
+  // Which of its spaces is sRGB a configuration does not say.
+  if (view.of_config) return ImageToWrite::Encoding::kUnknown;
+  return view.curve == ViewCurve::kNone ? ImageToWrite::Encoding::kLinear : ImageToWrite::Encoding::kSrgb;
 }
 
 /// The layers' channels, if there are any, behind the image's own, as one image. Throws std::logic_error on
@@ -127,8 +139,7 @@ void write_by_library(const Image& image, Format format, const fs::path& path,
   std::vector<uint8_t> bytes;
   if (format == Format::kPng) {
     out.format = ImageToWrite::Format::kPng;
-    out.encoding = options.view.curve == ViewCurve::kNone ? ImageToWrite::Encoding::kLinear
-                                                          : ImageToWrite::Encoding::kSrgb;
+    out.encoding = encoding_of(options.view);
     bytes = to_bytes(image, options.view);
     out.bytes = bytes.data();
   } else if (format == Format::kHdr) {

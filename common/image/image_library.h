@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lightmill {
@@ -62,8 +63,26 @@ struct TexelRegion {
   int first, channels;
 };
 
-struct OpenImageFile;  // the module's
-struct ImageTiles;     // the module's: a cache of tiles
+/// What an OpenColorIO configuration has, by name.
+struct ColorConfigContents {
+  struct Space {
+    std::string name;
+    std::vector<std::string> aliases;
+  };
+  struct Display {
+    std::string name;
+    std::vector<std::string> views;
+  };
+  std::vector<Space> spaces;
+  std::vector<std::pair<std::string, std::string>> roles;  // each with the name of its space
+  std::vector<Display> displays;                           // those that are active
+  std::string default_display;
+};
+
+struct OpenImageFile;    // the module's
+struct ImageTiles;       // the module's: a cache of tiles
+struct OpenColorConfig;  // the module's
+struct ColorTransform;   // the module's
 
 /// The module's functions. Those that can fail return false (or null) and put a reason into `why`, maybe of
 /// several lines. All are thread-safe; an open file is for one thread at a time.
@@ -94,6 +113,19 @@ struct ImageLibrary {
   std::string (*tiled_path)(ImageTiles& tiles, void* handle);
   bool (*read_tiled)(ImageTiles& tiles, void* handle, const TexelRegion& region, TexelType type, void* out,
                      std::string* why);
+
+  OpenColorConfig* (*open_color_config)(const std::string& path, ColorConfigContents* contents,
+                                        std::string* why);
+  void (*close_color_config)(OpenColorConfig* config);
+  /// Between colour spaces. A transform lives without its configuration.
+  ColorTransform* (*make_conversion)(const OpenColorConfig& config, const std::string& from,
+                                     const std::string& to, std::string* why);
+  /// From the colour space `space` to the values that the display is sent for the view.
+  ColorTransform* (*make_view)(const OpenColorConfig& config, const std::string& space,
+                               const std::string& display, const std::string& view, std::string* why);
+  void (*free_color_transform)(ColorTransform* transform);
+  /// In place, of interleaved RGB.
+  void (*apply_color_transform)(const ColorTransform& transform, float* rgb, size_t pixels);
 };
 
 /// The program's module, loaded by the first call. Thread-safe. Throws Error(kFailed), at every

@@ -26,4 +26,13 @@ std::string tiled_path(ImageTiles& tiles, void* handle);
 bool read_tiled(ImageTiles& tiles, void* handle, const TexelRegion& region, TexelType type, void* out,
                 std::string* why);
 
+OpenColorConfig* open_color_config(const std::string& path, ColorConfigContents* contents, std::string* why);
+void close_color_config(OpenColorConfig* config);
+ColorTransform* make_conversion(const OpenColorConfig& config, const std::string& from, const std::string& to,
+                                std::string* why);
+ColorTransform* make_view(const OpenColorConfig& config, const std::string& space, const std::string& display,
+                          const std::string& view, std::string* why);
+void free_color_transform(ColorTransform* transform);
+void apply_color_transform(const ColorTransform& transform, float* rgb, size_t pixels);
+
 }  // namespace lightmill::openimageio

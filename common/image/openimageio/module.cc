@@ -23,10 +23,26 @@ extern "C" [[gnu::visibility("default")]] const lightmill::ImageLibrary* lightmi
   static const std::string built = openimageio::version_text(OIIO_VERSION);
   static const std::string running = openimageio::version_text(OIIO::openimageio_version());
   static const ImageLibrary library{
-      build.c_str(),           built.c_str(),           running.c_str(),         openimageio::open,
-      openimageio::close,      openimageio::read,       openimageio::attribute,  openimageio::channel_names,
-      openimageio::write,      openimageio::make_tiles, openimageio::free_tiles, openimageio::open_tiled,
-      openimageio::tiled_path, openimageio::read_tiled,
+      build.c_str(),
+      built.c_str(),
+      running.c_str(),
+      openimageio::open,
+      openimageio::close,
+      openimageio::read,
+      openimageio::attribute,
+      openimageio::channel_names,
+      openimageio::write,
+      openimageio::make_tiles,
+      openimageio::free_tiles,
+      openimageio::open_tiled,
+      openimageio::tiled_path,
+      openimageio::read_tiled,
+      openimageio::open_color_config,
+      openimageio::close_color_config,
+      openimageio::make_conversion,
+      openimageio::make_view,
+      openimageio::free_color_transform,
+      openimageio::apply_color_transform,
   };
   return &library;
 }
