@@ -263,23 +263,6 @@ void finish_scene_options(SceneOptions* scene) {
   }
 }
 
-void add_output(CLI::App* verb, OutputOptions* output) {
-  verb->add_option("-o,--output", output->path, "Image to write: .exr, .png, .hdr or .pfm");
-  verb->add_flag("--half", output->half, "Write 16-bit floats (.exr only)");
-  verb->add_option("--view", output->view, "Tone curve of a .png: srgb (clips at 1), filmic, aces, or none")
-      ->check(CLI::IsMember({"srgb", "filmic", "aces", "none"}))
-      ->capture_default_str();
-  verb->add_option("--exposure", output->exposure, "Stops that a .png is brightened by; may be negative")
-      ->check(CLI::Range(-100.0, 100.0).description("-100 to 100"))
-      ->capture_default_str();
-}
-
-void add_denoise_flag(CLI::App* verb, OutputOptions* output) {
-  verb->add_flag(
-      "--denoise", output->denoise,
-      "Take the noise out of the image that is written; an .exr keeps the raw one as the layer raw");
-}
-
 void add_display(CLI::App* verb, std::string* display) {
   verb->add_option("--display", *display, "Show the picture as it grows in the viewer tev at HOST:PORT");
 }

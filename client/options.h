@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "common/image/image_space.h"
+#include "common/image/view_transform.h"
 #include "common/rpc/security.h"
 #include "common/scene/load.h"
 #include "common/scene/resolve_settings.h"
@@ -61,11 +63,18 @@ void finish_scene_options(SceneOptions* scene);
 struct OutputOptions {
   std::string path;
   bool half = false;
-  std::string view = "srgb";
   double exposure = 0;
   bool denoise = false;
+  // As typed; `finish_output_options` turns them into what follows.
+  std::optional<std::string> view;
+  std::string ocio, colorspace;
+  ViewTransform transform{};               // of a .png
+  ImageSpace space = ImageSpace::kRec709;  // of an .exr
 };
 void add_output(CLI::App* verb, OutputOptions* output);
+/// Looks up the view, in the configuration of --ocio or $OCIO if there is one, and the colour space. Throws
+/// Error(kUsage) for one that is not there, or Error(kFailed) if the configuration can't be used.
+void finish_output_options(OutputOptions* output);
 /// --denoise, of verbs that write what was rendered.
 void add_denoise_flag(CLI::App* verb, OutputOptions* output);
 

@@ -22,10 +22,6 @@ std::string extension_of(const std::string& path) {
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 bool is_png(const std::string& path) { return extension_of(path) == ".png"; }
 
-ViewTransform view_of(const OutputOptions& options) {
-  return {view_curve_named(options.view), options.exposure};
-}
-
 void forget_film_layers(const OutputOptions& output, RenderOptions* render) {
   if (!render->aovs && !output.path.empty() && !is_exr(output.path)) render->aovs = "";
 }
@@ -40,7 +36,11 @@ void check_output(const OutputOptions& options, Aovs aovs) {
   if (aovs && !is_exr(path)) {
     throw Error(ErrorKind::kUsage, "--aov: only .exr files hold layers, not " + path);
   }
-  if (view_of(options) != ViewTransform{} && extension_of(path) != ".png") {
+  if (options.space != ImageSpace::kRec709 && !is_exr(path)) {
+    throw Error(ErrorKind::kUsage,
+                "--colorspace: only .exr files say which theirs is; " + path + " is Rec.709");
+  }
+  if (options.transform != ViewTransform{} && !is_png(path)) {
     throw Error(ErrorKind::kUsage,
                 "--view and --exposure: they are for .png; " + path + " keeps linear values");
   }

@@ -12,14 +12,14 @@
 namespace lightmill::client {
 
 /// Throws Error(kFailed) unless options.path can be written to, Error(kUsage) for an extension that can't be
-/// written, or that can't hold what is asked for: --half and --aov are for .exr, views for .png.
+/// written, or that can't hold what is asked for: --half, --colorspace and --aov are for .exr, views for
+/// .png.
 void check_output(const OutputOptions& options, Aovs aovs = 0);
 /// Has `render` ask for no layers where the scene's film does and the file can't hold them.
 void forget_film_layers(const OutputOptions& output, RenderOptions* render);
 /// Whether the file's name ends in .exr, in any case: it can hold layers.
 bool is_exr(const std::string& path);
 bool is_png(const std::string& path);
-ViewTransform view_of(const OutputOptions& options);
 
 /// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked by
 /// check_output, so that a long render can't end in an error.

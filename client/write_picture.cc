@@ -6,6 +6,7 @@
 
 #include "client/output.h"
 #include "common/base/error.h"
+#include "common/image/color_channels.h"
 #include "common/image/denoise/denoise.h"
 #include "common/image/denoise/layers.h"
 
@@ -28,6 +29,18 @@ void warn_of_missing(const DenoiseLayers& layers, const std::string& name) {
                   ": it has no layer difference, so its noise is guessed from the picture; render with --aov "
                   "denoise to have it measured");
   }
+}
+
+void write_as(const OutputOptions& output, const Image& image, const ChannelImage& layers,
+              std::map<std::string, std::string> metadata, const std::string& name, bool quiet) {
+  const bool layered = is_exr(output.path);
+  if (layered && output.space != ImageSpace::kRec709 && has_variance(layers.channels) && !quiet) {
+    print_warning(name + ": the layer variance is left out of " + output.path +
+                  ": squares of Rec.709's channels can't be converted to " + image_space_name(output.space));
+  }
+  write_image(
+      image, output.path,
+      {output.half, std::move(metadata), layered ? &layers : nullptr, output.transform, output.space});
 }
 
 /// Colour and layers as a file has them.
@@ -72,13 +85,11 @@ DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& na
 }
 
 void write_denoised(const OutputOptions& output, const DenoisedPicture& picture,
-                    std::map<std::string, std::string> metadata) {
+                    std::map<std::string, std::string> metadata, const std::string& name, bool quiet) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", picture.figures.relmse);
   metadata["denoised_relmse"] = text;
-  write_image(
-      picture.image, output.path,
-      {output.half, std::move(metadata), is_exr(output.path) ? &picture.layers : nullptr, view_of(output)});
+  write_as(output, picture.image, picture.layers, std::move(metadata), name, quiet);
 }
 
 std::optional<DenoiseFigures> write_picture(const OutputOptions& output, const Image& image,
@@ -86,12 +97,11 @@ std::optional<DenoiseFigures> write_picture(const OutputOptions& output, const I
                                             std::map<std::string, std::string> metadata,
                                             const std::string& name, int threads, bool quiet) {
   if (!output.denoise) {
-    write_image(image, output.path,
-                {output.half, std::move(metadata), is_exr(output.path) ? &layers : nullptr, view_of(output)});
+    write_as(output, image, layers, std::move(metadata), name, quiet);
     return std::nullopt;
   }
   const DenoisedPicture clean = denoise_channels(as_channels(image, layers), name, threads, quiet);
-  write_denoised(output, clean, std::move(metadata));
+  write_denoised(output, clean, std::move(metadata), name, quiet);
   return clean.figures;
 }
 

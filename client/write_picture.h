@@ -29,9 +29,10 @@ struct DenoisedPicture {
 /// calling it `name`. Throws Error(kUsage) if it has no colour or too many pixels.
 DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, int threads, bool quiet);
 
-/// Writes it as `output` says, with its layers if the file can hold them. Throws as write_image().
+/// Writes it as `output` says, with its layers if the file can hold them. Warns of a layer that can't be
+/// converted to its colour space, unless `quiet`, calling the picture `name`. Throws as write_image().
 void write_denoised(const OutputOptions& output, const DenoisedPicture& picture,
-                    std::map<std::string, std::string> metadata);
+                    std::map<std::string, std::string> metadata, const std::string& name, bool quiet);
 
 /// Of larger images the layers and what is made of them take more memory than most machines have.
 inline constexpr int64_t kMaxDenoisePixels = int64_t{1} << 26;

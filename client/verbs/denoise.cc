@@ -21,14 +21,18 @@ struct DenoiseVerbOptions {
   int threads = 0;
 };
 
-int denoise(const DenoiseVerbOptions& options) {
+int denoise(DenoiseVerbOptions& options) {
   if (options.output.path.empty())
     throw Error(ErrorKind::kUsage, "-o is required; see lightmill denoise --help");
+  finish_output_options(&options.output);
+  // An image stays in its own colour space where it can.
+  if (options.output.colorspace.empty() && is_exr(options.output.path))
+    options.output.space = read_image_space(options.image).value_or(ImageSpace::kRec709);
   check_output(options.output);
   const bool quiet = options.common.quiet;
   const ChannelImage file = read_channels(options.image, kMaxDenoisePixels);
   const DenoisedPicture clean = denoise_channels(file, options.image, options.threads, quiet);
-  write_denoised(options.output, clean, {});
+  write_denoised(options.output, clean, {}, options.image, quiet);
   if (options.common.json) {
     nlohmann::json document = {
         {"output", options.output.path}, {"width", clean.image.width}, {"height", clean.image.height}};
@@ -47,6 +51,7 @@ void add_denoise(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(app, "denoise", "Take the noise out of a rendered image", &options->common);
   add_json(verb, &options->common);
   add_output(verb, &options->output);
+  verb->get_option("--colorspace")->default_str("the image's");
   verb->add_option("--threads", options->threads, "Threads; 0: all processors")
       ->check(CLI::Range(0, 1024).description("0 to 1024"))
       ->capture_default_str();

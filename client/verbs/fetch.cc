@@ -53,7 +53,8 @@ int fetch_sequence(const FetchOptions& options) {
   return 0;
 }
 
-int fetch(const FetchOptions& options) {
+int fetch(FetchOptions& options) {
+  finish_output_options(&options.output);
   const bool to_terminal = options.output.path.empty();
   if (!to_terminal && is_sequence_id(options.job)) return fetch_sequence(options);
   if (!options.frames.empty())
@@ -74,7 +75,7 @@ int fetch(const FetchOptions& options) {
   std::optional<DenoiseFigures> denoised;
   if (to_terminal) {
     fetched = farm.fetch(id, false, terminal_columns(stdout));
-    std::fputs(terminal_picture(fetched.image, view_of(options.output)).c_str(), stdout);
+    std::fputs(terminal_picture(fetched.image, options.output.transform).c_str(), stdout);
   } else {
     fetched = fetch_to_file(farm, id, options.output, options.common.quiet, max_side, &denoised);
   }

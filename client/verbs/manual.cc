@@ -28,6 +28,11 @@ The coordinator's HOST:PORT; with standbys all of them, with commas between.
 .TP
 .B NO_COLOR
 If set and not empty, nothing is coloured.
+.TP
+.B OCIO
+An OpenColorIO configuration, whose views
+.B \-\-view
+can name.
 .SH SEE ALSO
 .BR lightmill\-coordinator (1),
 .BR lightmill\-worker (1)

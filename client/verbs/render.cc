@@ -196,6 +196,7 @@ int render_frames(const LocalOptions& options) {
 
 int render(LocalOptions& options) {
   finish_scene_options(&options.scene);
+  finish_output_options(&options.output);
   if (!options.display.empty()) check_display(options.display);
   std::signal(SIGINT, handle_interrupt);
   std::signal(SIGTERM, handle_interrupt);

@@ -16,12 +16,13 @@
 namespace lightmill::client {
 namespace {
 
-/// Whether the file holds this very image of the frame: same scene, job and samples.
-bool is_fetched(const std::string& path, const FrameStatus& frame) {
+/// Whether the file holds this very image of the frame: same scene, job, samples and colour space.
+bool is_fetched(const std::string& path, const FrameStatus& frame, ImageSpace space) {
   if (!is_exr(path) || !std::filesystem::exists(path)) return false;
   try {
     if (read_image_metadata(path, "job") != frame.job.value) return false;
     if (read_image_metadata(path, "scene") != frame.bundle_digest) return false;
+    if (read_image_space(path) != space) return false;
     const std::string text = read_image_metadata(path, "spp");
     double spp = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), spp);
@@ -95,7 +96,7 @@ void FrameFetcher::fetch_new() {
     fetched_[frame.number] = frame.spp;
     OutputOptions one = fetch_.output;
     one.path = pattern_.name_of(frame.number);
-    if (is_fetched(one.path, frame)) {
+    if (is_fetched(one.path, frame, one.space)) {
       ++left_;
       continue;
     }

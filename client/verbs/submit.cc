@@ -104,6 +104,7 @@ int submit_sequence(const SubmitOptions& options) {
 
 int submit(SubmitOptions& options) {
   finish_scene_options(&options.scene);
+  finish_output_options(&options.output);
   options.scene.render.denoise = options.output.denoise;
   const bool quiet = options.common.quiet;
   if (!options.output.path.empty()) {

@@ -40,6 +40,7 @@ class CliTest : public ::testing::Test {
     folder_ = name;
     std::filesystem::current_path(folder_);
     unsetenv("LIGHTMILL_COORDINATOR");
+    unsetenv("OCIO");
   }
   void TearDown() override {
     std::filesystem::current_path(home_);

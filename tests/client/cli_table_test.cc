@@ -77,6 +77,7 @@ TEST_F(CliTable, BashCompletesVerbsOptionsAndChoices) {
   EXPECT_EQ(complete("lightmill render --aov", 2), "--aov\n");
   EXPECT_EQ(complete("lightmill render --integrator b", 3), "bdpt\n");
   EXPECT_EQ(complete("lightmill render --view \"\"", 3), "srgb filmic aces none\n");
+  EXPECT_EQ(complete("lightmill denoise --colorspace \"\"", 3), "rec709 acescg aces2065-1 rec2020\n");
   EXPECT_EQ(complete("lightmill completion z", 2), "zsh\n");
   EXPECT_EQ(complete("lightmill render --spp \"\"", 3), "\n");  // left to the names of files
 }
