@@ -161,7 +161,7 @@ std::string ColorConfig::view_list() const {
       if ((display.name == contents_.default_display) == usual) add(display);
     }
   }
-  return list;
+  return list.empty() ? "nothing" : list;
 }
 
 }  // namespace lightmill

@@ -39,7 +39,8 @@ class ColorConfig {
   /// view can't be made, as when a table of it is not there, or if no colour space of the configuration is
   /// known to be one that linear Rec.709 can be brought to.
   std::shared_ptr<const ConfigView> find_view(const std::string& name) const;
-  /// All that find_view knows, those of the default display by VIEW alone: "Film, Raw, Projector/Film".
+  /// All that find_view knows, those of the default display by VIEW alone: "Film, Raw, Projector/Film"; or
+  /// "nothing".
   std::string view_list() const;
 
  private:

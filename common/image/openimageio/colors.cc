@@ -43,6 +43,10 @@ ColorTransform* made(const OpenColorConfig& config, const OIIO::ColorProcessorHa
 }  // namespace
 
 OpenColorConfig* open_color_config(const std::string& path, ColorConfigContents* contents, std::string* why) {
+  if (!OIIO::ColorConfig::supportsOpenColorIO()) {
+    *why = "the OpenImageIO of this system was built without OpenColorIO";
+    return nullptr;
+  }
   auto opened = std::make_unique<OpenColorConfig>(path);
   // What it falls back to is not what was asked for.
   if (opened->config.has_error()) {
