@@ -8,6 +8,7 @@
 #include "common/build_id/build_id.h"
 #include "common/error/box_figures.h"
 #include "common/error/metrics.h"
+#include "common/image/image.h"
 
 namespace lightmill::client {
 
@@ -21,6 +22,11 @@ std::string extension_of(const std::string& path) {
 
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 bool is_png(const std::string& path) { return extension_of(path) == ".png"; }
+
+void keep_image_space(const std::string& image, OutputOptions* output) {
+  if (output->colorspace.empty() && is_exr(output->path))
+    output->space = read_image_space(image).value_or(ImageSpace::kRec709);
+}
 
 void forget_film_layers(const OutputOptions& output, RenderOptions* render) {
   if (!render->aovs && !output.path.empty() && !is_exr(output.path)) render->aovs = "";

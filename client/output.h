@@ -19,6 +19,8 @@ void check_output(const OutputOptions& options, Aovs aovs = 0);
 void forget_film_layers(const OutputOptions& output, RenderOptions* render);
 /// Whether the file's name ends in .exr, in any case: it can hold layers.
 bool is_exr(const std::string& path);
+/// Without --colorspace: an .exr that is made from image file `image` stays in its colour space.
+void keep_image_space(const std::string& image, OutputOptions* output);
 bool is_png(const std::string& path);
 
 /// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked by

@@ -25,9 +25,7 @@ int denoise(DenoiseVerbOptions& options) {
   if (options.output.path.empty())
     throw Error(ErrorKind::kUsage, "-o is required; see lightmill denoise --help");
   finish_output_options(&options.output);
-  // An image stays in its own colour space where it can.
-  if (options.output.colorspace.empty() && is_exr(options.output.path))
-    options.output.space = read_image_space(options.image).value_or(ImageSpace::kRec709);
+  keep_image_space(options.image, &options.output);
   check_output(options.output);
   const bool quiet = options.common.quiet;
   const ChannelImage file = read_channels(options.image, kMaxDenoisePixels);

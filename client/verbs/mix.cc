@@ -191,12 +191,16 @@ nlohmann::json mix_to_json(const MixVerbOptions& options, const Image& image,
           {"relmse_before", number(errors.before)}};
 }
 
-int mix_image(const MixVerbOptions& options) {
-  const OutputOptions& output = options.output;
+int mix_image(MixVerbOptions& options) {
+  OutputOptions& output = options.output;
   const bool only_list = output.path.empty() && options.factors.empty() && !output.denoise;
   if (output.path.empty() && !only_list)
     throw Error(ErrorKind::kUsage, "-o is required; see lightmill mix --help");
-  if (!only_list) check_output(output);
+  if (!only_list) {
+    finish_output_options(&output);
+    keep_image_space(options.image, &output);
+    check_output(output);
+  }
   ChannelImage file = read_channels(options.image, kMaxDenoisePixels);
   const LightLayers lights = find_light_layers(file, options.image);
   if (only_list) return list_lights(options, file, lights);
@@ -236,6 +240,7 @@ void add_mix(CLI::App& app, Action& action) {
       add_verb(app, "mix", "Relight an image from its light groups, or list these", &options->common);
   add_json(verb, &options->common);
   add_output(verb, &options->output);
+  verb->get_option("--colorspace")->default_str("the image's");
   add_denoise_flag(verb, &options->output);
   verb->add_option("--threads", options->threads, "Threads of --denoise; 0: all processors")
       ->check(CLI::Range(0, 1024).description("0 to 1024"))
