@@ -410,6 +410,7 @@ void TileRunner::take_first_look(const PilotLease& pilot, const std::function<bo
 void TileRunner::show(const LeaseGrant& lease, const Image& picture) {
   try {
     link_.show(key_of(lease), picture);
+    options_.debug(describe(key_of(lease)) + ": first look shown");
   } catch (const std::exception& error) {
     options_.debug(describe(key_of(lease)) + ": the first look is not shown: " + error.what());
   }
