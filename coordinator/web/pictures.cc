@@ -53,7 +53,8 @@ Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
                                                                         : farm_.error_map(job));
       slot->version = version;
       const double end = seconds();
-      slot->next = end + std::max(kLeastSpacing, kSpacingPerCost * (end - begin));
+      // A job without samples has no commits that could be delayed.
+      slot->next = end + (waits ? kLeastSpacing : std::max(kLeastSpacing, kSpacingPerCost * (end - begin)));
     }
     picture = {slot->image, slot->version == version && !waits};
   }

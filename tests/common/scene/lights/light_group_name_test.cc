@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "common/job/light_groups.h"
+
 namespace lightmill {
 namespace {
 
