@@ -7,6 +7,7 @@
 
 #include "common/base/error.h"
 #include "common/base/lower_case.h"
+#include "common/job/light_groups.h"
 
 namespace lightmill {
 
@@ -117,7 +118,7 @@ bool lacks_light(const ChannelImage& file, const LightLayers& lights) {
 }
 
 std::string free_name(const LightLayers& lights) {
-  std::string name = "rest";
+  std::string name = kRestGroup;
   const auto taken = [&](const LightLayer& group) { return group.name == name; };
   while (std::any_of(lights.groups.begin(), lights.groups.end(), taken)) name += '_';
   return name;
@@ -157,6 +158,7 @@ LightLayers find_light_layers(const ChannelImage& file, const std::string& path)
     if (ours && difference != by_name.end()) group.difference = all_three(*difference->second, prefix, path);
     lights.groups.push_back(std::move(group));
   }
+  std::ranges::stable_partition(lights.groups, [](const LightLayer& g) { return g.name != kRestGroup; });
   lights.picture = find_picture(file, layers.front().view, path);
   lights.difference = find_rgb(file, "difference");
   if (!ours || lacks_light(file, lights)) lights.rest = free_name(lights);

@@ -26,7 +26,7 @@ struct LightLayer {
 struct LightLayers {
   RgbChannels picture{};                  // the colour as it was rendered
   std::optional<RgbChannels> difference;  // of the picture
-  std::vector<LightLayer> groups;         // in the file's order
+  std::vector<LightLayer> groups;         // in the file's order, but "rest" last
   /// The name of the light that is in none of the groups' layers: picture - groups. Empty: there is none.
   std::string rest;
 
