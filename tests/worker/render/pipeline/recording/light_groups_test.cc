@@ -15,7 +15,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr Integrator kIntegrators[] = {Integrator::kPt, Integrator::kBdpt, Integrator::kLt};
+constexpr Integrator kWithGroups[] = {Integrator::kPt, Integrator::kBdpt, Integrator::kLt};
 
 /// A room with lights of all makes: an emitter "ceiling", a point "spark", a ball of glass, a glowing ball of
 /// smoke "fire", and a lamp in no group.
@@ -68,7 +68,7 @@ TEST(LightGroupLayers, AddUpToTheColour) {
     TestScene s = lit_room();
     if (!glow) s.scene.media[0].emission = {};
     const SceneDescription& scene = s.scene;
-    for (const Integrator integrator : kIntegrators) {
+    for (const Integrator integrator : kWithGroups) {
       const RenderSettings settings =
           with_groups(scene, settings_for(scene, integrator, 8, 6), kAovLightGroups | kAovDifference);
       ASSERT_EQ(settings.light_groups, (LightGroups{"spark", "ceiling", "fire", "rest"}));
@@ -97,7 +97,7 @@ TEST(LightGroupLayers, AddUpToTheColour) {
 
 TEST(LightGroupLayers, LeaveTheColourItsBits) {
   const SceneDescription scene = lit_room().scene;
-  for (const Integrator integrator : kIntegrators) {
+  for (const Integrator integrator : kWithGroups) {
     // Without groups, but with a camera layer.
     RenderSettings settings = settings_for(scene, integrator, 4, 6);
     settings.aovs = kAovSamples;
@@ -109,7 +109,7 @@ TEST(LightGroupLayers, LeaveTheColourItsBits) {
 
 TEST(LightGroupLayers, DoNotDependOnWhoRenderedWhat) {
   const SceneDescription scene = lit_room().film(70, 40).scene;
-  for (const Integrator integrator : kIntegrators) {
+  for (const Integrator integrator : kWithGroups) {
     const RenderSettings settings =
         with_groups(scene, settings_for(scene, integrator, 20, 4), kAovLightGroups | kAovDifference);
     const Partial whole = render_partial(scene, settings);
@@ -138,7 +138,7 @@ TEST(LightGroupLayers, DoNotDependOnWhoRenderedWhat) {
 // The oracle: with the others dark, the colour is a group's light.
 TEST(LightGroupLayers, AreTheLightOfTheirLightsAlone) {
   const SceneDescription scene = lit_room().scene;
-  for (const Integrator integrator : kIntegrators) {
+  for (const Integrator integrator : kWithGroups) {
     const RenderSettings settings = with_groups(scene, settings_for(scene, integrator, 64, 4));
     const Renderer all(scene, settings, 1);
     std::vector<std::vector<double>> means(4);
