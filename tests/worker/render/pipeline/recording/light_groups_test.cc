@@ -88,9 +88,11 @@ TEST(LightGroupLayers, AddUpToTheColour) {
         ASSERT_NEAR(light, colour.data[i], 1e-6 * colour.data[i] + 1e-12) << name_of(integrator) << ' ' << i;
         ASSERT_NEAR(difference, layers[i % 3], 1e-5 * colour.data[i] + 1e-12) << i;
       }
-      for (const std::string& group : settings.light_groups)
-        EXPECT_EQ(mean_of_group(aovs, group) > 0, glow || group != "fire")
-            << name_of(integrator) << ' ' << group;
+      for (const std::string& group : settings.light_groups) {
+        // Only camera paths find what an even medium emits.
+        const bool shines = group != "fire" || (glow && integrator != Integrator::kLt);
+        EXPECT_EQ(mean_of_group(aovs, group) > 0, shines) << name_of(integrator) << ' ' << group;
+      }
     }
   }
 }
