@@ -1,6 +1,5 @@
 #include "client/write_picture.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -41,19 +40,6 @@ void write_as(const OutputOptions& output, const Image& image, const ChannelImag
   write_image(
       image, output.path,
       {output.half, std::move(metadata), layered ? &layers : nullptr, output.transform, output.space});
-}
-
-/// Colour and layers as a file has them.
-ChannelImage as_channels(const Image& image, const ChannelImage& layers) {
-  const auto beside = static_cast<size_t>(layers.image.data.empty() ? 0 : layers.image.channels);
-  ChannelImage all{Image(image.width, image.height, 3 + static_cast<int>(beside)), {"R", "G", "B"}};
-  all.channels.insert(all.channels.end(), layers.channels.begin(), layers.channels.end());
-  float* to = all.image.data.data();
-  for (size_t i = 0; i < image.data.size() / 3; ++i) {
-    to = std::copy_n(&image.data[3 * i], 3, to);
-    if (beside > 0) to = std::copy_n(&layers.image.data[beside * i], beside, to);
-  }
-  return all;
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ Halves halves_of(const DenoiseInput& input) {
   return halves;
 }
 
-Features take_features(DenoiseInput* input, int threads) {
+Features take_features(DenoiseInput* input, const DenoiseOptions& options) {
   const Extent extent{input->width, input->height};
   if (!input->depth.values.empty()) scale_depth(&input->depth.values, &input->depth.difference);
   DenoiseInput::Feature* const from[kFeatures] = {&input->albedo[0], &input->albedo[1], &input->albedo[2],
@@ -110,16 +110,18 @@ Features take_features(DenoiseInput* input, int threads) {
     tame(&values[k]);
     tame(&difference[k]);
   }
-  return filter_features(extent, std::move(values), difference, threads);
+  return filter_features(extent, std::move(values), difference, options);
 }
 
-Halves filter(const Extent& extent, const Features& features, const Halves& halves, int threads) {
-  Halves result = regress(extent, features, halves, nullptr, kSmooth, threads);
-  blend_in(extent, halves, regress(extent, features, halves, nullptr, kSmall, threads), threads, &result);
+Halves filter(const Extent& extent, const Features& features, const Halves& halves,
+              const DenoiseOptions& options) {
+  const int threads = options.threads;
+  Halves result = regress(extent, features, halves, nullptr, kSmooth, options);
+  blend_in(extent, halves, regress(extent, features, halves, nullptr, kSmall, options), threads, &result);
   blend_in(extent, halves, halves, threads, &result);
   const Halves guide = result;
-  blend_in(extent, halves, regress(extent, features, halves, &guide, kGuided, threads), threads, &result);
-  blend_in(extent, halves, regress(extent, features, halves, &guide, kFine, threads), threads, &result);
+  blend_in(extent, halves, regress(extent, features, halves, &guide, kGuided, options), threads, &result);
+  blend_in(extent, halves, regress(extent, features, halves, &guide, kFine, options), threads, &result);
   blend_in(extent, halves, halves, threads, &result);
   return result;
 }
@@ -140,9 +142,9 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
   Halves filtered;
   {
     Halves halves = halves_of(input);
-    const Features features = take_features(&input, options.threads);
+    const Features features = take_features(&input, options);
     clamp_fireflies(extent, options.threads, &halves);
-    filtered = filter(extent, features, halves, options.threads);
+    filtered = filter(extent, features, halves, options);
   }
   ErrorPlanes error = estimate_error(extent, halves_of(input), filtered, options.threads);
   // What noise is left for certain: no estimate may be below it. With up to 16 spp the halves make up for

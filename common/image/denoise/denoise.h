@@ -7,6 +7,8 @@
 //
 // README.md says how it works.
 #include <array>
+#include <exception>
+#include <stop_token>
 #include <vector>
 
 namespace lightmill {
@@ -28,6 +30,13 @@ struct DenoiseInput {
 
 struct DenoiseOptions {
   int threads = 0;  // 0: one per processor
+  std::stop_token
+      stop{};  // asked to stop, denoise_picture() throws DenoiseStopped within a fraction of a second
+};
+
+class DenoiseStopped : public std::exception {
+ public:
+  const char* what() const noexcept override { return "denoising was stopped"; }
 };
 
 struct DenoiseResult {

@@ -38,11 +38,12 @@ namespace {
 
 /// One half. Returns the sums of squared weights, over which the variance falls.
 void filter_half(const Extent& extent, const std::array<Plane, kFeatures>& values,
-                 const std::array<Plane, kFeatures>& variance, int threads,
+                 const std::array<Plane, kFeatures>& variance, const DenoiseOptions& options,
                  std::array<Plane, kFeatures>* result, Plane* gain) {
   for (Plane& plane : *result) plane.resize(extent.pixels());
   gain->resize(extent.pixels());
-  for_rows(extent, threads, [&](int y) {
+  for_rows(extent, options.threads, [&](int y) {
+    if (options.stop.stop_requested()) throw DenoiseStopped();
     const auto width = static_cast<size_t>(extent.width);
     const size_t begin = extent.at(0, y);
     std::vector<float> sum(width * kFeatures, 0.0f), total(width, 0.0f), square(width, 0.0f), distance(width);
@@ -82,7 +83,7 @@ void filter_half(const Extent& extent, const std::array<Plane, kFeatures>& value
 }  // namespace
 
 Features filter_features(const Extent& extent, std::array<Plane, kFeatures> values,
-                         const std::array<Plane, kFeatures>& difference, int threads) {
+                         const std::array<Plane, kFeatures>& difference, const DenoiseOptions& options) {
   Features result;
   bool noisy = false;
   for (size_t k = 0; k < kFeatures; ++k) {
@@ -94,7 +95,7 @@ Features filter_features(const Extent& extent, std::array<Plane, kFeatures> valu
       variance[i] = 2 * d * d;
       noisy |= variance[i] > kLeastVariance;
     }
-    box_mean(extent, kVarianceRadius, threads, &variance);
+    box_mean(extent, kVarianceRadius, options.threads, &variance);
   }
   if (!noisy) {
     result.of[0] = values;
@@ -109,7 +110,7 @@ Features filter_features(const Extent& extent, std::array<Plane, kFeatures> valu
       for (size_t i = 0; i < extent.pixels(); ++i)
         half[k][i] += h == 0 ? difference[k][i] : -difference[k][i];
     }
-    filter_half(extent, half, result.variance, threads, &result.of[h], &gain[h]);
+    filter_half(extent, half, result.variance, options, &result.of[h], &gain[h]);
   }
   for (Plane& variance : result.variance) {
     for (size_t i = 0; i < extent.pixels(); ++i) variance[i] *= 0.5f * (gain[0][i] + gain[1][i]);

@@ -2,6 +2,7 @@
 // Features: what is known of a pixel's surface with little noise.
 #include <array>
 
+#include "common/image/denoise/denoise.h"
 #include "common/image/denoise/planes.h"
 
 namespace lightmill::denoise {
@@ -25,8 +26,8 @@ void scale_depth(Plane* depth, Plane* difference);
 /// Takes noise out of features, by the mean of pixels around whose features differ by no more than noise does
 /// (Buades et al., 2005; the distance is that of Rousselle et al., "Robust Denoising using Feature and Color
 /// Information", 2013, equation 2). Halves are `values` + `difference` and `values` -
-/// `difference`; planes of the latter may be empty.
+/// `difference`; planes of the latter may be empty. Throws DenoiseStopped.
 Features filter_features(const Extent& extent, std::array<Plane, kFeatures> values,
-                         const std::array<Plane, kFeatures>& difference, int threads);
+                         const std::array<Plane, kFeatures>& difference, const DenoiseOptions& options);
 
 }  // namespace lightmill::denoise

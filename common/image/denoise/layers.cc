@@ -99,6 +99,18 @@ bool take_feature(const ChannelTable& table, std::span<const char* const> names,
 
 }  // namespace
 
+ChannelImage as_channels(const Image& image, const ChannelImage& layers) {
+  const auto beside = static_cast<size_t>(layers.image.data.empty() ? 0 : layers.image.channels);
+  ChannelImage all{Image(image.width, image.height, 3 + static_cast<int>(beside)), {"R", "G", "B"}};
+  all.channels.insert(all.channels.end(), layers.channels.begin(), layers.channels.end());
+  float* to = all.image.data.data();
+  for (size_t i = 0; i < image.data.size() / 3; ++i) {
+    to = std::copy_n(&image.data[3 * i], 3, to);
+    if (beside > 0) to = std::copy_n(&layers.image.data[beside * i], beside, to);
+  }
+  return all;
+}
+
 DenoiseLayers find_denoise_layers(const ChannelImage& file, const std::string& path) {
   const ChannelTable table(file);
   DenoiseLayers layers;

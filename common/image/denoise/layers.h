@@ -15,6 +15,9 @@ struct DenoiseLayers {
   bool has_difference = false;
 };
 
+/// Colour and its layers (without channels: none) as a file has them.
+ChannelImage as_channels(const Image& image, const ChannelImage& layers);
+
 /// Names are those of Lightmill, pbrt (Albedo, Ns, N), Cycles ("Denoising Albedo", "Noisy Image" and so on,
 /// with or without the view layer before it), Mitsuba and Arnold; upper and lower case are one. What was
 /// denoised before is denoised anew, from its layer `raw`. Throws Error(kUsage), naming the file as `path`,

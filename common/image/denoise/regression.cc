@@ -82,7 +82,8 @@ class Regression {
     for (Plane& weights : weights_) weights.resize(extent.pixels());
   }
 
-  Halves run(int threads) {
+  Halves run(const DenoiseOptions& how) {
+    const int threads = how.threads;
     // Bands of rows of centres. Their windows overlap those of the next band only: so first the even ones,
     // then the odd ones, and every pixel's sum has one order.
     const int band =
@@ -92,6 +93,7 @@ class Regression {
       parallel_for(static_cast<size_t>((bands - odd + 1) / 2), threads, [&](size_t i) {
         const int y0 = (2 * static_cast<int>(i) + odd) * band;
         for (int y = y0; y < std::min(y0 + band, extent_.height); y += options_.stride) {
+          if (how.stop.stop_requested()) throw DenoiseStopped();
           for (int x = 0; x < extent_.width; x += options_.stride) fit(x, y);
         }
       });
@@ -241,8 +243,8 @@ class Regression {
 }  // namespace
 
 Halves regress(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
-               const RegressionOptions& options, int threads) {
-  return Regression(extent, features, halves, guide, options, threads).run(threads);
+               const RegressionOptions& options, const DenoiseOptions& how) {
+  return Regression(extent, features, halves, guide, options, how.threads).run(how);
 }
 
 }  // namespace lightmill::denoise

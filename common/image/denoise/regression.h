@@ -6,6 +6,7 @@
 // is the mean of what the models around it predict, by the same weights (Moon et al., "Adaptive Rendering
 // based on Weighted Local Regression", 2014; Bitterli et al., "Nonlinearly Weighted First-order Regression
 // for Denoising Monte Carlo Renderings", 2016).
+#include "common/image/denoise/denoise.h"
 #include "common/image/denoise/features.h"
 #include "common/image/denoise/planes.h"
 
@@ -21,8 +22,8 @@ struct RegressionOptions {
 };
 
 /// Filters both halves, each from its own values. `guide`: of each half, a picture with less noise that knows
-/// edges which features do not show; may be null if guide_width is 0.
+/// edges which features do not show; may be null if guide_width is 0. Throws DenoiseStopped.
 Halves regress(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
-               const RegressionOptions& options, int threads);
+               const RegressionOptions& options, const DenoiseOptions& how);
 
 }  // namespace lightmill::denoise

@@ -118,6 +118,13 @@ TEST(Denoise, AnyNumberOfThreadsGivesTheSameBits) {
   EXPECT_EQ(one.relmse, three.relmse);
 }
 
+TEST(Denoise, StopsWhereItIsAskedTo) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(denoise_picture(noisy_room(40, 30, 0.3).input, {.threads = 2, .stop = stop.get_token()}),
+               DenoiseStopped);
+}
+
 TEST(Denoise, WithoutHalvesTheNoiseIsGuessed) {
   NoisyPicture picture = noisy_room(120, 90, 0.3);
   for (std::vector<float>& plane : picture.input.difference) plane.clear();

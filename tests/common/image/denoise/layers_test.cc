@@ -37,6 +37,19 @@ TEST(DenoiseLayers, OursAreFound) {
   EXPECT_TRUE(layers.input.normal[0].difference.empty());
 }
 
+TEST(DenoiseLayers, AColourAndItsLayersAreAsAFileHasThem) {
+  Image colour(2, 1);
+  colour.data = {1, 2, 3, 4, 5, 6};
+  const ChannelImage plain = as_channels(colour, {});
+  EXPECT_THAT(plain.channels, ElementsAre("R", "G", "B"));
+  EXPECT_EQ(plain.image.data, colour.data);
+  ChannelImage depth{Image(2, 1, 1), {"depth.Z"}};
+  depth.image.data = {7, 8};
+  const ChannelImage both = as_channels(colour, depth);
+  EXPECT_THAT(both.channels, ElementsAre("R", "G", "B", "depth.Z"));
+  EXPECT_THAT(both.image.data, ElementsAre(1, 2, 3, 7, 4, 5, 6, 8));
+}
+
 TEST(DenoiseLayers, ThoseOfOtherRenderersAre) {
   DenoiseLayers layers = find_denoise_layers(file_with({"B", "G", "R", "Albedo.B", "Albedo.G", "Albedo.R",
                                                         "N.X", "N.Y", "N.Z", "Ns.X", "Ns.Y", "Ns.Z"}),
