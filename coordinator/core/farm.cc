@@ -117,7 +117,9 @@ FarmStats Farm::stats() const { return impl_->view.stats(); }
 
 Image Farm::image(const JobId& id) const { return impl_->results.image(id); }
 Image Farm::display_image(const JobId& id) const { return impl_->results.display_image(id); }
-ChannelImage Farm::aovs(const JobId& id, Image* image) const { return impl_->results.aovs(id, image); }
+ChannelImage Farm::aovs(const JobId& id, Image* image, bool for_display) const {
+  return impl_->results.aovs(id, image, for_display);
+}
 Image Farm::error_map(const JobId& id) const { return impl_->results.error_map(id); }
 ErrorCurve Farm::curve(const JobId& id) const { return impl_->results.curve(id); }
 std::optional<PilotReport> Farm::pilot(const JobId& id) const { return impl_->results.pilot(id); }

@@ -71,8 +71,8 @@ class Farm {
   /// The same, to look at while tiles are missing (Film::resolve_for_display), or all are (show()).
   Image display_image(const JobId& id) const;
   /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
-  /// none.
-  ChannelImage aovs(const JobId& id, Image* image = nullptr) const;
+  /// none. `for_display`: of `image` missing tiles are filled in.
+  ChannelImage aovs(const JobId& id, Image* image = nullptr, bool for_display = false) const;
   /// Where the noise is: BatchFilm::error_map of the job's batches.
   Image error_map(const JobId& id) const;
   Bundle bundle(const std::string& bundle_digest) const;

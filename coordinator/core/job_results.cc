@@ -48,9 +48,9 @@ Image JobResults::display_image(const JobId& id) const {
   return layers->film.resolve_for_display();
 }
 
-ChannelImage JobResults::aovs(const JobId& id, Image* image) const {
+ChannelImage JobResults::aovs(const JobId& id, Image* image, bool for_display) const {
   const Merger::Open layers = storage_.open_layers(id);
-  if (image) *image = layers->film.resolve();
+  if (image) *image = for_display ? layers->film.resolve_for_display() : layers->film.resolve();
   return layers->film.resolve_aovs();
 }
 
