@@ -38,11 +38,7 @@ Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
   std::shared_ptr<Slot> slot;
   {
     const std::lock_guard lock(mutex_);
-    std::shared_ptr<Slot>& entry = slots_[key];
-    if (!entry) entry = std::make_shared<Slot>();
-    slot = entry;
-    std::erase(order_, key);
-    order_.push_back(key);
+    slot = touch(key);
   }
   Picture picture;
   {
@@ -62,6 +58,29 @@ Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
   slot->bytes = picture.image->data.size() * sizeof(float);
   forget_some(key);
   return picture;
+}
+
+void Pictures::keep(const JobId& job, std::shared_ptr<const Image> image) {
+  const std::lock_guard lock(mutex_);
+  const Key key{job, std::nullopt};
+  Slot& slot = *touch(key);
+  slot.bytes = image->data.size() * sizeof(float);
+  slot.image = std::move(image);
+  forget_some(key);
+}
+
+std::shared_ptr<const Image> Pictures::kept(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  const Key key{job, std::nullopt};
+  return slots_.contains(key) ? touch(key)->image : nullptr;
+}
+
+std::shared_ptr<Pictures::Slot>& Pictures::touch(const Key& key) {
+  std::shared_ptr<Slot>& slot = slots_[key];
+  if (!slot) slot = std::make_shared<Slot>();
+  std::erase(order_, key);
+  order_.push_back(key);
+  return slot;
 }
 
 void Pictures::forget_some(const Key& but) {

@@ -6,7 +6,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "coordinator/core/farm.h"
 
@@ -25,16 +27,23 @@ class Pictures {
   /// as these do.
   Picture get(const JobId& job, Kind kind);
 
+  /// Keeps a picture that somebody else made of a job, in place of the last one, within the same bytes.
+  void keep(const JobId& job, std::shared_ptr<const Image> image);
+  /// What keep() was given, if it is still there.
+  std::shared_ptr<const Image> kept(const JobId& job);
+
  private:
   static constexpr size_t kMaxBytes = size_t{256} << 20;  // kept, unless one alone is larger
-  using Key = std::pair<JobId, Kind>;
+  using Key = std::pair<JobId, std::optional<Kind>>;      // no kind: of keep()
   struct Slot {
-    std::mutex mutex;  // held while the picture is made: others wait and share it
-    std::shared_ptr<const Image> image;
-    uint64_t version = 0;   // of the job, before the picture was made
-    double next = 0;        // not made again before this time, seconds of the steady clock
-    std::size_t bytes = 0;  // guarded by the mutex of all
+    std::mutex mutex;                    // held while the picture is made: others wait and share it
+    std::shared_ptr<const Image> image;  // of keep(): guarded by the mutex of all
+    uint64_t version = 0;                // of the job, before the picture was made
+    double next = 0;                     // not made again before this time, seconds of the steady clock
+    std::size_t bytes = 0;               // guarded by the mutex of all
   };
+  /// Makes it the one used last, and adds it if it is not there. Call with the mutex of all.
+  std::shared_ptr<Slot>& touch(const Key& key);
   void forget_some(const Key& but);
 
   const Farm& farm_;

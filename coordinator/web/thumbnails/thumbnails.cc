@@ -4,6 +4,8 @@
 #include <exception>
 #include <utility>
 
+#include "coordinator/web/film_mark.h"
+
 namespace lightmill {
 namespace {
 
@@ -15,11 +17,6 @@ constexpr Seconds kLeastSpacing(15);    // between two thumbnails of a job that 
 constexpr double kSpacingPerCost = 50;  // and so many times what the last one took
 constexpr double kRestPerCost = 2;      // of the thread, after each one: commits of the job wait for it
 constexpr size_t kPage = 64;            // jobs per lock of the farm
-
-/// What a thumbnail of the job shows now: another one is needed once this changes.
-std::string mark_of(const JobStatus& job) {
-  return std::to_string(job.packets_done) + "-" + std::to_string(job.commit_bytes);
-}
 
 }  // namespace
 
@@ -43,7 +40,7 @@ std::optional<Thumbnails::Answer> Thumbnails::get(const JobId& job) {
   const JobStatus status = farm_.job(job);
   if (status.packets_done == 0) return std::nullopt;
   std::optional<ThumbnailStore::Thumbnail> found = store_.find(job);
-  const bool current = found && found->mark == mark_of(status);
+  const bool current = found && found->mark == film_mark(status);
   if (!current) want(job);
   if (!found) return std::nullopt;
   return Answer{std::move(*found), current};
@@ -112,8 +109,8 @@ void Thumbnails::make(const JobId& job) {
   try {
     const JobStatus status = farm_.job(job);
     const std::optional<ThumbnailStore::Thumbnail> known = store_.find(job);
-    if (status.packets_done == 0 || (known && known->mark == mark_of(status))) return;
-    store_.put(job, mark_of(status), encode_png(reduced(farm_.display_image(job), kSide)));
+    if (status.packets_done == 0 || (known && known->mark == film_mark(status))) return;
+    store_.put(job, film_mark(status), encode_png(reduced(farm_.display_image(job), kSide)));
   } catch (const std::exception&) {
     // The job's own note says what is wrong with its film; it is tried again later.
   }
