@@ -3,9 +3,7 @@
 #include <httplib.h>
 
 #include <atomic>
-#include <charconv>
 #include <chrono>
-#include <cmath>
 #include <ctime>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -14,10 +12,12 @@
 #include "coordinator/web/actions.h"
 #include "coordinator/web/answers.h"
 #include "coordinator/web/assets.h"
+#include "coordinator/web/denoised/denoised_pictures.h"
 #include "coordinator/web/feed.h"
 #include "coordinator/web/guard.h"
 #include "coordinator/web/job_follower.h"
 #include "coordinator/web/json_views.h"
+#include "coordinator/web/picture_answers.h"
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
 #include "coordinator/web/sequence_routes.h"
@@ -33,23 +33,9 @@ using nlohmann::json;
 constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
 constexpr int kSpareStreams = 8;         // until the oldest has made room
 constexpr int kMaxPictures = 8;          // made or encoded at once
-constexpr double kMostStops = 100;       // of exposure
 constexpr int64_t kMaxTileLines = 500;   // of one answer
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
 constexpr size_t kMaxListedWorkers = 1000, kTimelinesOfLock = 100;
-
-/// The parameters "view" and "exposure", as the options of these names in lightmill fetch.
-ViewTransform view_of(const Request& request) {
-  ViewTransform view;
-  if (request.has_param("view")) view.curve = view_curve_named(request.get_param_value("view"));
-  if (request.has_param("exposure")) {
-    const std::string text = request.get_param_value("exposure");
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), view.exposure);
-    if (error != std::errc() || end != text.data() + text.size() || !(std::abs(view.exposure) <= kMostStops))
-      throw Error(ErrorKind::kUsage, "exposure must be a number from -100 to 100");
-  }
-  return view;
-}
 
 /// The pattern of a path in which "*" is one segment.
 std::string pattern(const std::string& path) {
@@ -65,7 +51,8 @@ struct WebApi::Impl {
       : web(options),
         feed(options.farm, options.events),
         pictures(options.farm),
-        thumbnails(options.farm, options.thumbnail_folder, options.log) {}
+        thumbnails(options.farm, options.thumbnail_folder, options.log),
+        denoised_pictures(options.farm, pictures) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -97,12 +84,24 @@ struct WebApi::Impl {
   void log(const Request& request, Response& response);
   void tile_log(const Request& request, Response& response);
   void events(const Request& request, Response& response);
-  std::shared_ptr<const Image> image_of(const JobId& id, Pictures::Kind kind, Response& response);
-  void picture(const Request& request, Response& response);
-  void thumbnail(const Request& request, Response& response);
-  void error_map(const Request& request, Response& response);
-  void png(const Request& request, Response& response);
-  void exr(const Request& request, Response& response);
+  void picture(const Request& request, Response& response) {
+    answer_image(pictures, job_of(request), request, response);
+  }
+  void denoised(const Request& request, Response& response) {
+    answer_denoised(denoised_pictures, job_of(request), request, response);
+  }
+  void thumbnail(const Request& request, Response& response) {
+    answer_thumbnail(thumbnails, job_of(request), request, response);
+  }
+  void error_map(const Request& request, Response& response) {
+    answer_error_map(pictures, job_of(request), response);
+  }
+  void png(const Request& request, Response& response) {
+    answer_png(pictures, web.farm.job(job_of(request)).id, feed.instance(), request, response);
+  }
+  void exr(const Request& request, Response& response) {
+    answer_exr(web.farm, web.farm.job(job_of(request)).id, feed.instance(), response);
+  }
   void action(const Request& request, Response& response);
   void upload(const Request& request, Response& response);
   void scene(const Request& request, Response& response);
@@ -114,6 +113,7 @@ struct WebApi::Impl {
   Feed feed;
   Pictures pictures;
   Thumbnails thumbnails;
+  DenoisedPictures denoised_pictures;
   std::atomic<int> streams{0}, making{0};
   std::atomic<uint64_t> streams_begun{0};
 };
@@ -130,6 +130,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*/tiles"}, &Impl::tiles},
                                {{"GET", "/api/v1/jobs/*/log"}, &Impl::tile_log},
                                {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
+                               {{"GET", "/api/v1/jobs/*/denoised"}, &Impl::denoised},
                                {{"GET", "/api/v1/jobs/*/thumbnail"}, &Impl::thumbnail},
                                {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
@@ -276,61 +277,6 @@ void WebApi::Impl::events(const Request& request, Response& response) {
   });
 }
 
-std::shared_ptr<const Image> WebApi::Impl::image_of(const JobId& id, Pictures::Kind kind,
-                                                    Response& response) {
-  const Pictures::Picture picture = pictures.get(id, kind);
-  response.set_header("Cache-Control", "no-store");
-  // A browser that wants the newest one asks again.
-  if (!picture.current) response.set_header("X-Lightmill-Stale", "1");
-  return picture.image;
-}
-
-void WebApi::Impl::picture(const Request& request, Response& response) {
-  const auto side = static_cast<int>(std::min<int64_t>(whole(request, "side", 0), kMaxResolution));
-  const auto image = image_of(job_of(request), Pictures::Kind::kBeauty, response);
-  const bool whole_size = side == 0 || side >= std::max(image->width, image->height);
-  response.set_content(half_picture(whole_size ? *image : reduced(*image, side)), "application/octet-stream");
-}
-
-void WebApi::Impl::thumbnail(const Request& request, Response& response) {
-  const std::optional<Thumbnails::Answer> found = thumbnails.get(job_of(request));
-  response.set_header("Cache-Control", "no-cache");  // ask, as the job may have got on
-  if (!found) {
-    response.status = 204;
-    return;
-  }
-  const std::string tag = "\"" + found->thumbnail.mark + "\"";
-  response.set_header("ETag", tag);
-  if (!found->current) response.set_header("X-Lightmill-Stale", "1");
-  if (request.get_header_value("If-None-Match") == tag) {
-    response.status = 304;
-  } else {
-    response.set_content(*found->thumbnail.png, "image/png");
-  }
-}
-
-void WebApi::Impl::error_map(const Request& request, Response& response) {
-  response.set_content(float_picture(*image_of(job_of(request), Pictures::Kind::kError, response)),
-                       "application/octet-stream");
-}
-
-void WebApi::Impl::png(const Request& request, Response& response) {
-  const JobId id = job_of(request);
-  const auto image = image_of(id, Pictures::Kind::kBeauty, response);
-  response.set_header("Content-Disposition",
-                      "attachment; filename=\"" + web.farm.job(id).id.value + ".png\"");
-  response.set_content(png_file(*image, view_of(request), feed.instance()), "image/png");
-}
-
-void WebApi::Impl::exr(const Request& request, Response& response) {
-  const JobId id = job_of(request);
-  const std::string bytes = exr_file(web.farm, id, feed.instance());
-  response.set_header("Cache-Control", "no-store");
-  response.set_header("Content-Disposition",
-                      "attachment; filename=\"" + web.farm.job(id).id.value + ".exr\"");
-  response.set_content(bytes, "image/x-exr");
-}
-
 void WebApi::Impl::upload(const Request& request, Response& response) {
   if (!web.uploads) throw Error(ErrorKind::kFailed, "this coordinator takes no files");
   const double now =
@@ -389,8 +335,8 @@ void WebApi::install(httplib::Server& server) {
         if (changes) {
           if (const std::string why = forgery(request); !why.empty()) return refuse(response, 403, why);
         }
-        const bool heavy =
-            run == &Impl::picture || run == &Impl::png || run == &Impl::exr || run == &Impl::error_map;
+        const bool heavy = run == &Impl::picture || run == &Impl::denoised || run == &Impl::png ||
+                           run == &Impl::exr || run == &Impl::error_map;
         if (!heavy) return (impl->*run)(request, response);
         const Slot slot(impl->making, kMaxPictures);
         if (!slot.granted()) throw LimitReached("too many pictures are being made at once; try again");
