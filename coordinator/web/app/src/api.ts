@@ -44,7 +44,23 @@ export interface Picture {
   float?: Float32Array;
   /** The job had got on when it was sent. */
   stale?: boolean;
+  /** Names what it shows, where the coordinator says that. */
+  tag?: string;
+  denoised?: Denoised;
 }
+
+/** What is known of a denoised picture. */
+export interface Denoised {
+  /** Estimates, of what error is left and of what was there before. */
+  relmse: number;
+  relmseRaw: number;
+  /** Layers of the image that it went by: "difference", "albedo" and so on. */
+  layers: string[];
+  /** A pixel is the mean of so many by so many of the image's. */
+  block: number;
+}
+
+export type PictureKind = "image" | "error-map" | "denoised";
 
 /** "LMH1" or "LMF1", width, height, channels, values: little endian, as browsers' machines are. */
 export function readPicture(bytes: ArrayBuffer): Picture {
@@ -62,8 +78,19 @@ export function readPicture(bytes: ArrayBuffer): Picture {
   return picture;
 }
 
-export async function fetchPicture(job: string, kind: "image" | "error-map", signal: AbortSignal): Promise<Picture> {
-  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}`, { signal });
+/** Undefined if there is none yet. `last`, the one that is here, is not sent again. */
+export async function fetchPicture(job: string, kind: PictureKind, last: Picture | undefined, signal: AbortSignal): Promise<Picture | undefined> {
+  const headers: Record<string, string> = last?.tag ? { "If-None-Match": last.tag } : {};
+  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}`, { signal, headers });
+  const stale = answer.headers.has("X-Lightmill-Stale");
+  if (answer.status === 204) return undefined;
+  if (answer.status === 304 && last) return { ...last, stale };
   if (!answer.ok) throw await failure(answer);
-  return { ...readPicture(await answer.arrayBuffer()), stale: answer.headers.has("X-Lightmill-Stale") };
+  const picture = { ...readPicture(await answer.arrayBuffer()), stale, tag: answer.headers.get("ETag") ?? undefined };
+  return kind === "denoised" ? { ...picture, denoised: readDenoised(answer.headers) } : picture;
+}
+
+function readDenoised(headers: Headers): Denoised {
+  const number = (name: string) => Number(headers.get(`X-Lightmill-${name}`) ?? NaN);
+  return { relmse: number("Relmse"), relmseRaw: number("Relmse-Raw"), layers: (headers.get("X-Lightmill-Layers") ?? "").split(",").filter(Boolean), block: number("Block") || 1 };
 }

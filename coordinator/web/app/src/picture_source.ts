@@ -1,5 +1,5 @@
 // One picture that follows a job: fetched when the job got on, and toned when it is drawn.
-import { fetchPicture, type Picture } from "./api";
+import { fetchPicture, type Picture, type PictureKind } from "./api";
 import { store } from "./store";
 import { type Curve, errorColours, errorScale, type ErrorScale, toned } from "./tone";
 
@@ -17,7 +17,7 @@ export class PictureSource {
   private timer = 0;
   constructor(
     readonly job: string,
-    readonly kind: "image" | "error-map",
+    readonly kind: PictureKind,
     private readonly changed: () => void,
   ) {}
 
@@ -34,11 +34,19 @@ export class PictureSource {
       return;
     }
     this.busy = true;
-    fetchPicture(this.job, this.kind, this.abort.signal)
+    fetchPicture(this.job, this.kind, this.picture, this.abort.signal)
       .then((picture) => {
+        if (!picture) {
+          // None yet, or not any more: then the last one stays.
+          if (this.picture) this.picture.stale = true;
+          this.problem = row.packets_done > 0 ? "being denoised: that takes a while…" : "";
+          this.fetched = row.packets_done === 0 && row.state !== "running" ? mark : "";
+          return;
+        }
+        const same = picture.half !== undefined && picture.half === this.picture?.half;
         this.picture = picture.width > 0 && picture.height > 0 ? picture : undefined;
         this.problem = this.picture ? "" : "not enough samples yet to tell the noise";
-        this.image = undefined;
+        if (!same) this.image = undefined;
         this.fetched = picture.stale ? "" : mark;
       })
       .catch((error: unknown) => {

@@ -1,8 +1,10 @@
-// The picture of a job: zoom, pan, exposure, where the noise is, and another job beside it.
+// The picture of a job: zoom, pan, exposure, where the noise is, without noise, and another job beside it.
+import type { PictureKind } from "./api";
 import { Cleanup, h, perFrame, setText } from "./dom";
 import { PictureSource } from "./picture_source";
 import { store } from "./store";
-import { type Curve, falseColour, halfValue } from "./tone";
+import type { Curve } from "./tone";
+import { drawDivider, drawLegend, drawNote, valueText } from "./viewer_parts";
 
 const kCurves: Curve[] = ["srgb", "filmic", "aces", "none"];
 
@@ -11,17 +13,19 @@ export class Viewer {
   private readonly canvas = h("canvas", { tabIndex: 0, role: "img", "aria-label": "Picture of the job. Arrows move it, plus and minus zoom." });
   private readonly legend = h("div", { class: "legend", hidden: true });
   private readonly status = h("div", { class: "viewer-status mono" });
+  private readonly note = h("p", { class: "viewer-note", role: "status", hidden: true });
   private readonly message = h("div", { class: "viewer-message" });
   private readonly exposureInput = h("input", { type: "range", min: "-10", max: "10", step: "0.25", value: "0", "aria-label": "Exposure in stops", oninput: () => this.expose(Number(this.exposureInput.value)) });
   private readonly exposureText = h("output", { class: "mono" }, "0");
   private readonly splitInput = h("input", { type: "range", min: "0", max: "1", step: "0.005", value: "0.5", class: "split", hidden: true, "aria-label": "Divider between A and B", oninput: () => { this.split = Number(this.splitInput.value); this.draw(); } });
-  private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.showError(!this.error) }, "Noise");
+  private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.toggle("error-map") }, "Noise");
+  private readonly denoisedButton = h("button", { type: "button", title: "without most of its noise (o)", "aria-pressed": "false", onclick: () => this.toggle("denoised") }, "Denoised");
   private readonly zoomText = h("output", { class: "mono" });
   private readonly other = h("select", { "aria-label": "Compare with", title: "another job beside this one (b)", onchange: () => this.compare(this.other.value) });
   private readonly png = h("a", { title: "as it shows here" }, "PNG");
   private a: PictureSource;
   private b: PictureSource | undefined;
-  private error = false;
+  private kind: PictureKind = "image";
   private exposure = 0;
   private curve: Curve = "srgb";
   private split = 0.5;
@@ -46,11 +50,11 @@ export class Viewer {
     const toolbar = h("div", { class: "viewer-tools" },
       button("Fit", "fit the window (0)", () => this.fit()), button("1:1", "a pixel for a pixel (1)", () => this.actual()),
       button("−", "smaller (-)", () => this.zoomBy(1 / 1.5)), button("+", "larger (+)", () => this.zoomBy(1.5)), this.zoomText,
-      h("label", { class: "exposure", title: "stops, as --exposure of lightmill fetch; e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), h("label", {}, "View", curves), this.errorButton,
+      h("label", { class: "exposure", title: "stops, as --exposure of lightmill fetch; e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), h("label", {}, "View", curves), this.errorButton, this.denoisedButton,
       h("label", {}, "B", this.other),
       h("span", { class: "grow" }),
       h("a", { href: `/api/v1/jobs/${job}/image.exr`, download: `${job}.exr` }, "EXR"), this.png);
-    this.element = h("section", { class: "viewer", "aria-label": "Picture" }, toolbar, h("div", { class: "stage" }, this.canvas, this.message, this.legend, this.splitInput), this.status);
+    this.element = h("section", { class: "viewer", "aria-label": "Picture" }, toolbar, this.note, h("div", { class: "stage" }, this.canvas, this.message, this.legend, this.splitInput), this.status);
     this.png.download = `${job}.png`;
     this.linkPng();
     this.bindPointer();
@@ -85,7 +89,7 @@ export class Viewer {
   compare(other: string): void {
     if (other === (this.b?.job ?? "")) return;
     this.b?.close();
-    this.b = other ? new PictureSource(other, this.a.kind, this.draw) : undefined;
+    this.b = other ? new PictureSource(other, this.kind, this.draw) : undefined;
     this.splitInput.hidden = !this.b;
     this.choices = "?";
     this.poll();
@@ -101,7 +105,8 @@ export class Viewer {
       "-": () => this.zoomBy(1 / 1.5),
       e: () => this.expose(this.exposure + 0.5),
       d: () => this.expose(this.exposure - 0.5),
-      n: () => this.showError(!this.error),
+      n: () => this.toggle("error-map"),
+      o: () => this.toggle("denoised"),
       b: () => this.other.focus(),
     };
     const run = keys[key];
@@ -134,14 +139,16 @@ export class Viewer {
     this.other.replaceChildren(h("option", { value: "" }, "none"), ...jobs.map((job) => h("option", { value: job.id }, `${job.id} ${job.name}`)));
     this.other.value = chosen;
   }
-  private showError(on: boolean): void {
-    this.error = on;
-    this.errorButton.setAttribute("aria-pressed", String(on));
+  /** Shows it, or the image again. */
+  private toggle(kind: PictureKind): void {
+    this.kind = this.kind === kind ? "image" : kind;
+    this.errorButton.setAttribute("aria-pressed", String(this.kind === "error-map"));
+    this.denoisedButton.setAttribute("aria-pressed", String(this.kind === "denoised"));
     const other = this.b?.job;
     this.a.close();
     this.b?.close();
-    this.a = new PictureSource(this.job, on ? "error-map" : "image", this.draw);
-    this.b = other ? new PictureSource(other, this.a.kind, this.draw) : undefined;
+    this.a = new PictureSource(this.job, this.kind, this.draw);
+    this.b = other ? new PictureSource(other, this.kind, this.draw) : undefined;
     this.poll();
     this.draw();
   }
@@ -153,7 +160,7 @@ export class Viewer {
   }
   private retone(): void {
     this.linkPng();
-    for (const source of [this.a, this.b]) if (source && !this.error) source.image = undefined;
+    for (const source of [this.a, this.b]) if (source && this.kind !== "error-map") source.image = undefined;
     this.draw();
   }
   private linkPng(): void {
@@ -248,7 +255,7 @@ export class Viewer {
     const put = (source: PictureSource) => {
       const image = source.canvas(this.exposure, this.curve);
       if (!image) return;
-      g.imageSmoothingEnabled = scale < 2 && !this.error;
+      g.imageSmoothingEnabled = scale < 2 && this.kind !== "error-map";
       g.imageSmoothingQuality = "high";
       g.drawImage(image, left, top, size.width * scale, size.height * scale);
     };
@@ -262,18 +269,7 @@ export class Viewer {
       g.clearRect(divider, 0, width - divider, height);
       put(this.b);
       g.restore();
-      g.fillStyle = "#ffb74d";
-      g.fillRect(divider - ratio / 2, 0, Math.max(1, ratio), height);
-      g.font = `${11 * ratio}px system-ui`;
-      g.textBaseline = "top";
-      for (const [text, x, align] of [[`A ${this.job}`, divider - 6 * ratio, "right"], [`B ${this.b.job}`, divider + 6 * ratio, "left"]] as const) {
-        g.textAlign = align;
-        g.fillStyle = "#000a";
-        const w = g.measureText(text).width + 8 * ratio;
-        g.fillRect(align === "right" ? x - w + 4 * ratio : x - 4 * ratio, 6 * ratio, w, 17 * ratio);
-        g.fillStyle = "#fff";
-        g.fillText(text, x, 9 * ratio);
-      }
+      drawDivider(g, divider, height, [this.job, this.b.job]);
     }
     canvas.dataset.ready = String(!!this.a.picture);
     setText(this.zoomText, `${Math.round(scale * 100)}%`);
@@ -281,35 +277,15 @@ export class Viewer {
     const empty = this.a.picture ? "" : this.a.problem || (row && row.spp === 0 ? "no samples yet" : "loading the picture…");
     setText(this.message, empty || (this.b && !this.b.picture ? `B: ${this.b.problem || "loading…"}` : ""));
     this.message.hidden = this.message.textContent === "";
-    this.drawLegend();
+    drawLegend(this.legend, this.kind === "error-map" ? this.a.scale : undefined);
+    drawNote(this.note, this.a.picture, this.b?.picture);
     this.describe((this.pointer ? this.pointer.x * ratio - left : NaN) / scale, (this.pointer ? this.pointer.y * ratio - top : NaN) / scale);
   }
-  private drawLegend(): void {
-    const scale = this.error ? this.a.scale : undefined;
-    this.legend.hidden = !scale;
-    if (!scale) return;
-    const key = `${scale.low} ${scale.high}`;
-    if (this.legend.dataset.key === key) return;
-    this.legend.dataset.key = key;
-    const ramp = h("div", { class: "ramp" });
-    const stops = Array.from({ length: 9 }, (_, i) => `rgb(${falseColour(i / 8).map(Math.round).join()})`);
-    ramp.style.background = `linear-gradient(to right, ${stops.join()})`;
-    this.legend.replaceChildren(h("span", {}, `1e${scale.low}`), ramp, h("span", {}, `1e${scale.high}`), h("span", { class: "muted" }, "relMSE"));
-  }
   private describe(px: number, py: number): void {
-    const { width, height } = this.size();
+    const size = this.size();
     const x = Math.floor(px);
     const y = Math.floor(py);
-    const value = (source: PictureSource | undefined): string => {
-      const picture = source?.picture;
-      if (!picture || !(x >= 0 && y >= 0 && x < width && y < height)) return "";
-      const sx = Math.min(picture.width - 1, Math.floor((x * picture.width) / width));
-      const sy = Math.min(picture.height - 1, Math.floor((y * picture.height) / height));
-      const at = (sy * picture.width + sx) * picture.channels;
-      if (picture.float) return `relMSE ${picture.float[at]!.toExponential(2)}`;
-      return [0, 1, 2].map((c) => halfValue(picture.half![at + c]!).toPrecision(4)).join("  ");
-    };
-    const a = value(this.a);
-    setText(this.status, a ? `${x}, ${y}   ${a}${this.b ? `   B ${value(this.b)}` : ""}` : `${width} × ${height}`);
+    const a = valueText(this.a.picture, x, y, size);
+    setText(this.status, a ? `${x}, ${y}   ${a}${this.b ? `   B ${valueText(this.b.picture, x, y, size)}` : ""}` : `${size.width} × ${size.height}`);
   }
 }
