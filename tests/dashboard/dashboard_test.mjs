@@ -6,6 +6,7 @@ import { join } from "node:path";
 
 import { chromium } from "playwright-core";
 
+import { denoisedTests } from "./denoised_tests.mjs";
 import { madeUpJob, serveMadeUpFarm } from "./fake_farm.mjs";
 import { Farm, kGenerousMs, until } from "./farm.mjs";
 import { overviewTests } from "./overview_tests.mjs";
@@ -455,6 +456,7 @@ const tests = {
     }
   },
 
+  ...denoisedTests({ root, farm, open, shot, small, middle, drawn }),
   ...overviewTests({ root, farm, open, live, shot, small }),
   ...sequenceTests({ root, farm, open, live, shot }),
 };

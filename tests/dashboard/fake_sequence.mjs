@@ -5,7 +5,7 @@ const kWidth = 32;
 const kHeight = 18;
 
 /** "LMH1": grey, from dark to bright along the sequence. */
-function picture(share) {
+export function picture(share) {
   const bytes = Buffer.alloc(16 + 2 * 3 * kWidth * kHeight);
   bytes.write("LMH1");
   [kWidth, kHeight, 3].forEach((value, i) => bytes.writeUInt32LE(value, 4 + 4 * i));
