@@ -189,9 +189,8 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option(
       "--rr-depth", render.rr_depth,
       "First scattering event of camera paths at which Russian roulette is played: 2 or 3 (bdpt: 2)");
-  verb->add_flag(
-      "--uniform-sampling", render.uniform_sampling,
-      "auto takes as many samples in every pixel, not more where it is noisy");
+  verb->add_flag("--uniform-sampling", render.uniform_sampling,
+                 "auto takes as many samples in every pixel, not more where it is noisy");
   add_older<std::string>(verb, "--effort", [&render](const std::string& how) {
     if (how != "adaptive" && how != "uniform") {
       throw Error(ErrorKind::kUsage, "--effort " + how +

@@ -16,7 +16,7 @@
 #include "common/base/error.h"
 #include "common/error/halves_error.h"
 #include "common/image/image_reader.h"
-#include "common/image/light_mix.h"
+#include "common/image/light_groups/light_mix.h"
 
 namespace lightmill::client {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/base/error.h"
-#include "common/film/layer_sums.h"
+#include "common/film/halves/layer_sums.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
 #include "common/film/stored_layer.h"

@@ -19,7 +19,7 @@
 
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/leases.h"
-#include "coordinator/core/pilot_commits.h"
+#include "coordinator/core/pilots/pilot_commits.h"
 #include "coordinator/core/repair/storage_guard.h"
 #include "coordinator/core/round_ends.h"
 #include "coordinator/core/spot_checks.h"

@@ -15,7 +15,7 @@
 #include "common/base/clock.h"
 #include "coordinator/core/farm_options.h"
 #include "coordinator/core/farm_report.h"
-#include "coordinator/core/first_looks.h"
+#include "coordinator/core/pilots/first_looks.h"
 #include "coordinator/farm/scheduler.h"
 #include "coordinator/merge/merger.h"
 #include "coordinator/store/job_store.h"

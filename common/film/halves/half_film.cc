@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "common/film/layer_sums.h"
+#include "common/film/halves/layer_sums.h"
 #include "common/film/packing.h"
 #include "common/film/stored_layer.h"
 #include "common/job/replicates.h"

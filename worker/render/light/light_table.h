@@ -161,7 +161,7 @@ struct LightTable {
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
   /// Gives the last light a pattern.
   void add_pattern(const EmitterPattern& pattern);
-  /// Puts the lights added since the last call into a light group. Either all lights are put into one, or none is.
+  /// Puts the lights added since the last call into a light group. Called for all lights, or for none.
   void join_group(int32_t group) { group_of.resize(type.size(), group); }
   /// Hides the last light from rays of these kinds. From all but the camera's: it gives no light.
   void hide(RayKinds kinds);

@@ -22,7 +22,8 @@ TestScene floor_under_a_sky(float light, int width, int height) {
 }
 
 Image look_at(const TestScene& s, int threads) {
-  return first_look(Renderer(s.scene, settings_for(s.scene, Integrator::kAuto, 16, 5), 1), threads, never_stop);
+  return first_look(Renderer(s.scene, settings_for(s.scene, Integrator::kAuto, 16, 5), 1), threads,
+                    never_stop);
 }
 
 TEST(FirstLook, IsASmallPictureOfTheScene) {

@@ -1,4 +1,4 @@
-#include "coordinator/core/pilot_commits.h"
+#include "coordinator/core/pilots/pilot_commits.h"
 
 #include <string>
 #include <utility>

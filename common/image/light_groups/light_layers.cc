@@ -1,4 +1,4 @@
-#include "common/image/light_layers.h"
+#include "common/image/light_groups/light_layers.h"
 
 #include <algorithm>
 #include <cmath>

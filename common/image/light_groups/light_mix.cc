@@ -1,4 +1,4 @@
-#include "common/image/light_mix.h"
+#include "common/image/light_groups/light_mix.h"
 
 #include <algorithm>
 #include <stdexcept>

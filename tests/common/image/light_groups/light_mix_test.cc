@@ -1,5 +1,5 @@
 // Light groups in files of several programs, and what a mix makes of them.
-#include "common/image/light_mix.h"
+#include "common/image/light_groups/light_mix.h"
 
 #include <gmock/gmock.h>
 

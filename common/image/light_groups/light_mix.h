@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/image/light_layers.h"
+#include "common/image/light_groups/light_layers.h"
 
 namespace lightmill {
 
