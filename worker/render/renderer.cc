@@ -34,7 +34,7 @@ class WavefrontWorkspace : public Workspace {
   void record_aovs(const AovSpec& spec) {
     if (spec.set && (!aovs || !(aovs->spec() == spec))) aovs = std::make_unique<AovRecorder>(spec);
     wavefront->aovs = spec.set ? aovs.get() : nullptr;
-    wavefront->groups = spec.set ? aovs->groups() : nullptr;
+    wavefront->groups = spec.set ? aovs->groups().light() : nullptr;
   }
 
  private:

@@ -131,7 +131,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
 void hand_over_splats(Wavefront& w, PartialBuilder* builder) {
   if (w.splats.empty()) return;
   if (builder) builder->add_splats(w.splats);
-  if (w.groups) w.aovs->group_splats(w.splats, builder);
+  if (w.groups) w.aovs->groups().add_splats(w.splats, builder);
   w.splats.clear();
 }
 

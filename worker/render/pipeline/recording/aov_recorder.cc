@@ -81,13 +81,12 @@ void AovRecorder::begin_packet() {
     if (has_layer(spec_, layer)) sums_[static_cast<size_t>(layer)].assign(kCellPixels, {});
   }
   direct_splats_.clear();
-  group_sums_.assign(group_layers(spec_.groups), std::vector<ExactRgb>(kCellPixels));
-  groups_.splat_groups.clear();
+  groups_.begin_packet();
 }
 
 void AovRecorder::begin_layer(const Wavefront& w) {
   std::copy_n(w.slots.weight, kWavefront, weight_);
-  std::fill(groups_.radiance.begin(), groups_.radiance.end(), std::array<float, 3>{});
+  groups_.begin_pass();
   std::memset(albedo_, 0, sizeof albedo_);
   std::memset(normal_, 0, sizeof normal_);
   std::memset(direct_, 0, sizeof direct_);
@@ -157,37 +156,6 @@ void AovRecorder::direct_splats(std::span<const Splat> splats) {
   direct_splats_.insert(direct_splats_.end(), splats.begin(), splats.end());
 }
 
-void AovRecorder::group_splats(std::span<const Splat> splats, PartialBuilder* builder) {
-  for (size_t group = 0; builder && group < group_layers(spec_.groups); ++group) {
-    splats_of_group_.clear();
-    for (size_t i = 0; i < splats.size(); ++i) {
-      if (groups_.splat_groups[i] == group) splats_of_group_.push_back(splats[i]);
-    }
-    if (!splats_of_group_.empty()) builder->add_group_splats(group, splats_of_group_);
-  }
-  groups_.splat_groups.clear();
-}
-
-/// Rounds the light of groups of a camera sample. Where sums have no sign the groups stay parts of the
-/// `whole`, whatever they are rounded to, so that what they leave for the last one is not negative.
-void AovRecorder::add_groups(const StageContext& context, int quantum_exponent, const Wavefront& w,
-                             size_t slot, const std::array<Units, 3>& whole) {
-  const auto pixel = static_cast<size_t>(w.slots.pixel[slot]);
-  std::array<Units, 3> left = whole;
-  for (size_t group = 0; group < group_sums_.size(); ++group) {
-    std::array<float, 3> light = groups_.radiance[slot * groups_.count + group];
-    if (context.response) context.response->mix(&light[0], &light[1], &light[2]);
-    for (size_t c = 0; c < 3; ++c) {
-      const float x = light[c] * w.slots.weight[slot];
-      Units units =
-          (context.signed_film ? to_signed_units(x, quantum_exponent) : to_units(x, quantum_exponent))
-              .value_or(left[c]);
-      if (!context.signed_film) left[c] -= units = std::min(units, left[c]);
-      group_sums_[group][pixel].c[c] += units;
-    }
-  }
-}
-
 void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& w) {
   const Aovs set = spec_.set;
   for (size_t i = 0; i < kWavefront; ++i) {
@@ -218,7 +186,7 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
     // What the film drops is dropped here, too, so that direct light stays a part of the whole.
     const auto r = units(radiance[0]), g = units(radiance[1]), b = units(radiance[2]);
     if (!r || !g || !b) continue;
-    if (groups()) add_groups(context, quantum_exponent, w, i, {*r, *g, *b});
+    if (w.groups) groups_.add_sample(context, quantum_exponent, w, i, {*r, *g, *b});
     for (size_t c = 0; c < 3; ++c) {
       if (wants_direct()) {
         const auto direct = units(std::min(direct_light[c], radiance[c]));
@@ -237,10 +205,7 @@ void AovRecorder::finish_packet(const Packet& packet, PartialBuilder& builder) {
     builder.add_aov(layer, packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
   }
   if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);
-  for (size_t group = 0; group < group_sums_.size(); ++group) {
-    builder.add_group(group, packet.cell_x, packet.cell_y,
-                      std::span<const ExactRgb, kCellPixels>(group_sums_[group]));
-  }
+  groups_.finish_packet(packet, builder);
 }
 
 }  // namespace lightmill

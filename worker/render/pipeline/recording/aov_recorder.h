@@ -8,6 +8,7 @@
 
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/paths/vertex_io.h"
+#include "worker/render/pipeline/recording/group_recorder.h"
 
 namespace lightmill {
 
@@ -15,7 +16,7 @@ struct Packet;  // renderer.h
 
 class AovRecorder {
  public:
-  explicit AovRecorder(const AovSpec& spec) : spec_(spec), groups_(spec.groups.size()) {}
+  explicit AovRecorder(const AovSpec& spec) : spec_(spec), groups_(spec.groups) {}
   const AovSpec& spec() const { return spec_; }
 
   void begin_packet();
@@ -36,19 +37,13 @@ class AovRecorder {
   void end_direct(const Wavefront& wavefront);
   void direct_splats(std::span<const Splat> splats);
 
-  /// Where the wavefront keeps the light of groups; null if there are fewer than two.
-  GroupedLight* groups() { return groups_.count > 1 ? &groups_ : nullptr; }
-  /// Hands `splats`, all since the last time, to the tile's light groups.
-  void group_splats(std::span<const Splat> splats, PartialBuilder* builder);
+  GroupRecorder& groups() { return groups_; }
 
   /// Rounds the sample's values and adds them to the cell's sums.
   void finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& wavefront);
   void finish_packet(const Packet& packet, PartialBuilder& builder);
 
  private:
-  void add_groups(const StageContext& context, int quantum_exponent, const Wavefront& w, size_t slot,
-                  const std::array<Units, 3>& whole);
-
   AovSpec spec_;
   // Of the sample at hand, by path slot.
   alignas(32) float albedo_[3][kWavefront], normal_[3][kWavefront], position_[3][kWavefront];
@@ -58,9 +53,7 @@ class AovRecorder {
   uint8_t hit_[kWavefront], surface_found_[kWavefront];
   std::array<std::vector<ExactRgb>, kAovLayers> sums_;  // of the packet's cell
   std::vector<Splat> direct_splats_;
-  GroupedLight groups_;
-  std::vector<std::vector<ExactRgb>> group_sums_;  // of the packet's cell
-  std::vector<Splat> splats_of_group_;
+  GroupRecorder groups_;
 };
 
 }  // namespace lightmill
