@@ -13,6 +13,25 @@ namespace {
 
 constexpr size_t kStripes = 64;
 
+/// The sums of both, ascending by pixel, without zeros.
+std::vector<SplatSum> merged(const std::vector<SplatSum>& a, const std::vector<SplatSum>& b) {
+  std::vector<SplatSum> sums;
+  sums.reserve(std::max(a.size(), b.size()));
+  auto x = a.begin(), y = b.begin();
+  while (x != a.end() || y != b.end()) {
+    if (y == b.end() || (x != a.end() && x->pixel < y->pixel)) {
+      sums.push_back(*x++);
+    } else if (x == a.end() || y->pixel < x->pixel) {
+      sums.push_back(*y++);
+    } else {
+      sums.push_back(*x++);
+      sums.back().sum += y++->sum;
+      if (sums.back().sum.is_zero()) sums.pop_back();
+    }
+  }
+  return sums;
+}
+
 }  // namespace
 
 RenderCounters& RenderCounters::operator+=(const RenderCounters& o) {
@@ -36,13 +55,19 @@ struct PartialBuilder::Impl {
   std::array<std::mutex, kStripes> camera_locks;  // cell -> lock, for all layers of the camera's samples
   std::vector<ExactRgb> camera;
   SplatFrame splats, direct_splats;
-  std::vector<SplatFrame> group_splats;
+  std::vector<SplatFrame> group_splats;  // of all groups, if there are some: they make up `splats`
   AovSums aovs;
   std::mutex counters_lock;
   RenderCounters counters;
   Dropped dropped, dropped_splats;
   double cpu_seconds = 0;
 
+  void count_of_splats(const Dropped& of_splats) {
+    if (!of_splats.any()) return;
+    const std::lock_guard lock(counters_lock);
+    counters.nonfinite += of_splats.refused();
+    dropped_splats.add(of_splats);
+  }
   void add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums, std::vector<ExactRgb>* layer);
 };
 
@@ -70,8 +95,9 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
   m.aovs.groups.resize(group_layers(aovs.groups));
   for (GroupSums& group : m.aovs.groups) {
     group.camera.resize(area);
-    m.group_splats.push_back(has_splat_layer ? SplatFrame(grid, quantum_exponent) : SplatFrame());
   }
+  for (size_t i = 0; has_splat_layer && !m.aovs.groups.empty() && i < aovs.groups.size(); ++i)
+    m.group_splats.emplace_back(grid, quantum_exponent);
 }
 
 PartialBuilder::~PartialBuilder() = default;
@@ -108,12 +134,7 @@ void PartialBuilder::add_aov(int layer, int cx, int cy, std::span<const ExactRgb
 
 void PartialBuilder::add_splats(std::span<const Splat> splats) {
   if (!impl_->has_splat_layer) throw std::logic_error("PartialBuilder::add_splats: no splat layer");
-  const Dropped dropped = impl_->splats.add(splats);
-  if (!dropped.any()) return;
-  RenderCounters counters;
-  counters.nonfinite = dropped.refused();
-  add_counters(counters, 0);
-  add_dropped({}, dropped);
+  impl_->count_of_splats(impl_->splats.add(splats));
 }
 
 void PartialBuilder::add_direct_splats(std::span<const Splat> splats) {
@@ -126,9 +147,7 @@ void PartialBuilder::add_group(size_t group, int cx, int cy, std::span<const Exa
 }
 
 void PartialBuilder::add_group_splats(size_t group, std::span<const Splat> splats) {
-  SplatFrame& frame = impl_->group_splats.at(group);
-  if (frame.empty()) throw std::logic_error("PartialBuilder::add_group_splats: no splat layer");
-  frame.add(splats);  // as above
+  impl_->count_of_splats(impl_->group_splats.at(group).add(splats));
 }
 
 void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_seconds) {
@@ -158,7 +177,9 @@ Partial PartialBuilder::take() {
   partial.aovs = std::move(m.aovs);
   if (!m.direct_splats.empty()) partial.aovs.direct_splats = m.direct_splats.take();
   for (size_t i = 0; i < m.group_splats.size(); ++i) {
-    if (m.has_splat_layer) partial.aovs.groups[i].splats = m.group_splats[i].take();
+    std::vector<SplatSum> sums = m.group_splats[i].take();
+    partial.splats = merged(partial.splats, sums);
+    if (i < partial.aovs.groups.size()) partial.aovs.groups[i].splats = std::move(sums);
   }
   partial.counters = m.counters;
   partial.dropped = m.dropped;

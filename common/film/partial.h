@@ -83,7 +83,7 @@ class PartialBuilder {
   const AovSpec& aovs() const;
   void add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_direct_splats(std::span<const Splat> splats);
-  /// Likewise of light group `group`, of the group_layers that there are.
+  /// Likewise of a light group, one of group_layers; and splats of any group, in place of add_splats.
   void add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_group_splats(size_t group, std::span<const Splat> splats);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.

@@ -130,8 +130,9 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
 
 void hand_over_splats(Wavefront& w, PartialBuilder* builder) {
   if (w.splats.empty()) return;
-  if (builder) builder->add_splats(w.splats);
-  if (w.groups) w.aovs->groups().add_splats(w.splats, builder);
+  if (builder && w.groups) w.aovs->groups().add_splats(w.splats, *builder);
+  if (builder && !w.groups) builder->add_splats(w.splats);
+  if (!builder && w.groups) w.aovs->groups().forget_splats();
   w.splats.clear();
 }
 

@@ -71,15 +71,19 @@ void GroupRecorder::add_sample(const StageContext& context, int quantum_exponent
   }
 }
 
-void GroupRecorder::add_splats(std::span<const Splat> splats, PartialBuilder* builder) {
-  for (size_t group = 0; builder && group < layers_; ++group) {
-    splats_of_group_.clear();
-    for (size_t i = 0; i < splats.size(); ++i) {
-      if (light_.splat_groups[i] == group) splats_of_group_.push_back(splats[i]);
-    }
-    if (!splats_of_group_.empty()) builder->add_group_splats(group, splats_of_group_);
+void GroupRecorder::add_splats(std::span<const Splat> splats, PartialBuilder& builder) {
+  const std::vector<uint8_t>& groups = light_.splat_groups;
+  std::array<size_t, kMaxLightGroups + 1> begin{};
+  for (const uint8_t group : groups) ++begin[group + 1];
+  for (size_t group = 1; group < begin.size(); ++group) begin[group] += begin[group - 1];
+  std::array<size_t, kMaxLightGroups + 1> at = begin;
+  sorted_.resize(splats.size());
+  for (size_t i = 0; i < splats.size(); ++i) sorted_[at[groups[i]]++] = splats[i];
+  for (size_t group = 0; group < light_.count; ++group) {
+    const std::span own = std::span(sorted_).subspan(begin[group], begin[group + 1] - begin[group]);
+    if (!own.empty()) builder.add_group_splats(group, own);
   }
-  light_.splat_groups.clear();
+  forget_splats();
 }
 
 void GroupRecorder::finish_packet(const Packet& packet, PartialBuilder& builder) {

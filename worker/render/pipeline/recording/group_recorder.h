@@ -25,8 +25,9 @@ class GroupRecorder {
   /// negative.
   void add_sample(const StageContext& context, int quantum_exponent, const Wavefront& w, size_t slot,
                   const std::array<Units, 3>& whole);
-  /// Hands `splats`, all since the last time, to the tile's groups.
-  void add_splats(std::span<const Splat> splats, PartialBuilder* builder);
+  /// Hands `splats`, all since the last time, to the tile, each to its group.
+  void add_splats(std::span<const Splat> splats, PartialBuilder& builder);
+  void forget_splats() { light_.splat_groups.clear(); }
   void finish_packet(const Packet& packet, PartialBuilder& builder);
 
  private:
@@ -40,7 +41,7 @@ class GroupRecorder {
   std::vector<int64_t> narrow_;
   std::vector<ExactRgb> wide_;  // the other samples'; empty until there is one
   std::vector<ExactRgb> layer_;
-  std::vector<Splat> splats_of_group_;
+  std::vector<Splat> sorted_;  // splats by group
 };
 
 }  // namespace lightmill
