@@ -30,7 +30,7 @@ std::string config_with(const std::string& what, const std::string& instead) {
   return std::regex_replace(ocio_config(), std::regex(what), instead);
 }
 
-std::string written(const TempFolder& folder, const std::string& text) {
+std::string config_file(const TempFolder& folder, const std::string& text) {
   std::ofstream(folder / "config.ocio") << text;
   return folder / "config.ocio";
 }
@@ -54,7 +54,7 @@ void expect_pixel(const ConfigView& view, std::vector<float> rgb, const std::vec
 
 TEST(ColorConfig, ViewsAreThoseOfTheFile) {
   const TempFolder folder;
-  const ColorConfig config(written(folder, ocio_config()));
+  const ColorConfig config(config_file(folder, ocio_config()));
   EXPECT_EQ(config.view_list(), "Root, Swap, filmic, Projector/Root, Projector/View/2");
   expect_pixel(*config.find_view("Root"), {0.25f, 0.49f, 1, 0.01f, 4, 0}, {0.5f, 0.7f, 1, 0.1f, 2, 0});
   expect_pixel(*config.find_view("Swap"), {0.25f, 0.5f, 1}, {0.25f, 0.125f, 0.5f});
@@ -74,12 +74,12 @@ TEST(ColorConfig, AConfigurationOfAcesGetsAcesValues) {
   for (const auto& [what, instead] :
        {std::pair{"scene_linear: linear light", "aces_interchange: linear light"},
         {"linear light", "ACES2065-1"}}) {
-    const ColorConfig config(written(folder, std::regex_replace(unknown, std::regex(what), instead)));
+    const ColorConfig config(config_file(folder, std::regex_replace(unknown, std::regex(what), instead)));
     expect_pixel(*config.find_view("Swap"), color, aces);
   }
   // What is called Rec.709 is taken before.
   const ColorConfig both(
-      written(folder, config_with("default: raw", "default: raw\n  aces_interchange: root")));
+      config_file(folder, config_with("default: raw", "default: raw\n  aces_interchange: root")));
   expect_pixel(*both.find_view("Swap"), color, {0.5f, 0, 0});
 }
 
@@ -133,7 +133,7 @@ TEST(ColorConfig, ASceneSpaceIsRec709IfItsWayToAcesIs) {
     const std::string text = config_with("    aliases: .*\n", "") +
                              "  - !<ColorSpace>\n    name: exchange\n    from_scene_reference: " + to_aces +
                              "\n";
-    const ColorConfig config(written(
+    const ColorConfig config(config_file(
         folder,
         std::regex_replace(text, std::regex("default: raw"), "default: raw\n  aces_interchange: exchange")));
     std::vector<float> rgb = {0, 1, 0};
@@ -153,11 +153,11 @@ TEST(ColorConfig, BadFilesAreOneLineErrors) {
   for (const std::string& text :
        {std::string("bad"), std::string(), std::string("a: [1\nb: 2\n"), std::string(1000, '\0'),
         config_with("profile_version: 2", "profile_version: 9")}) {
-    EXPECT_THAT(failure_of([&] { ColorConfig(written(folder, text)); }),
+    EXPECT_THAT(failure_of([&] { ColorConfig(config_file(folder, text)); }),
                 HasSubstr("config.ocio: it can't be read as an OpenColorIO configuration: "));
   }
   const ColorConfig lacks(
-      written(folder, config_with("!<ExponentTransform> .*", "!<FileTransform> {src: none.cube}")));
+      config_file(folder, config_with("!<ExponentTransform> .*", "!<FileTransform> {src: none.cube}")));
   EXPECT_TRUE(lacks.find_view("Swap"));
   EXPECT_THAT(failure_of([&] { lacks.find_view("Root"); }),
               AllOf(HasSubstr("config.ocio: view \"Root\": "), HasSubstr("none.cube")));
@@ -165,7 +165,7 @@ TEST(ColorConfig, BadFilesAreOneLineErrors) {
 
 TEST(ColorConfig, APngHasTheValuesOfTheView) {
   const TempFolder folder;
-  const ColorConfig config(written(folder, ocio_config()));
+  const ColorConfig config(config_file(folder, ocio_config()));
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   // More than are worked on at once, in rows that do not divide them.
   Image image(1000, 50);
