@@ -107,7 +107,8 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
   for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     const auto slot = static_cast<size_t>(lane(v.path, l));
-    if (depth > 1 || !is_holdout(v, l)) hit_[slot] = 1;
+    // A path that has scattered in a medium meets its first surface later: it has no depth and no position.
+    if (depth == 1 && !is_holdout(v, l)) hit_[slot] = 1;
     if (!(mask_bits(opaque) >> l & 1) || surface_found_[slot]) continue;
     surface_found_[slot] = 1;
     found[l] = 1;

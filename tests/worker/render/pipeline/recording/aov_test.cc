@@ -193,6 +193,35 @@ TEST(Aovs, VarianceIsThatOfTheCameraSamples) {
   EXPECT_GT(total, 0);
 }
 
+// A path that scatters in a medium hits nothing, whatever it meets afterwards.
+TEST(Aovs, FogHidesWhatIsBehindIt) {
+  constexpr double kSigma = 0.5, kDistance = 2;
+  TestScene s;
+  s.quad({-50, -50, kDistance}, {0, 100, 0}, {100, 0, 0}, s.diffuse(0.5f));
+  s.environment({1, 1, 1});
+  s.scene.media.push_back({"", {0, 0, 0}, {kSigma, kSigma, kSigma}, {}, 0, {}});
+  s.scene.camera.medium = 0;
+  s.camera({0, 0, 0}, {0, 0, 1}, 2).film(40, 40);
+  for (const Integrator integrator : {Integrator::kPt, Integrator::kBdpt}) {
+    const RenderSettings settings =
+        with_aovs(settings_for(s.scene, integrator, 8, 6), kAovAlpha | kAovDepth | kAovPosition);
+    const Partial whole = render_partial(s.scene, settings);
+    EXPECT_EQ(whole.aovs, render_partial(s.scene, settings, 3, PacketOrder::kScattered).aovs);
+    Film film(settings.grid);
+    film.fold(whole);
+    const Layers layers(film);
+    double alpha = 0;
+    for (int y = 0; y < 40; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        alpha += layers.at("A", x, y) / 1600;
+        if (layers.at("A", x, y) == 0) continue;
+        ASSERT_NEAR(layers.at("depth.Z", x, y), kDistance, 1e-4);
+      }
+    }
+    EXPECT_NEAR(alpha, std::exp(-kSigma * kDistance), 0.01);
+  }
+}
+
 // What AOVs say does not depend on where samples are spent.
 TEST(Aovs, OfAllocatedSamplesSayTheSame) {
   constexpr int64_t kSpp = 22;  // groups of four sample indices are cut
