@@ -25,7 +25,8 @@ double film_bytes(const RenderSettings& settings) {
   for (int layer = 0; layer < kAovLayers; ++layer) {
     if (settings.aovs && needs_layer(settings.aovs, layer)) sums += layer == kDirectLayer ? 2 : 1;
   }
-  if (settings.aovs && !settings.uniform_sampling) ++sums;  // of weights
+  const bool weighted = undecided ? !settings.uniform_sampling : !plan_of(settings).allocation.uniform();
+  if (settings.aovs && weighted) ++sums;
   const auto groups = static_cast<int>(group_layers(settings.light_groups));
   sums += groups * (undecided || has_splat_layer(settings) ? 2 : 1);
   if (settings.aovs & kAovDifference) sums *= 2;

@@ -143,7 +143,19 @@ TEST(FilmBytes, FollowsTheLayers) {
   EXPECT_GE(film_bytes(small_settings(64, 64, 16, Integrator::kAuto)), full);
   RenderSettings layered = small_settings(64, 64, 16);
   layered.aovs = kAovAlbedo | kAovDepth;
-  EXPECT_EQ(film_bytes(layered) - full, 64 * 64 * 2 * 48.0);
+  constexpr double kLayer = 64 * 64 * 48.0;
+  EXPECT_EQ(film_bytes(layered) - full, 2 * kLayer);
+  layered.aovs |= kAovLightGroups;
+  layered.light_groups = {"key", "fill", "rest"};  // two with layers, each of camera samples and of splats
+  EXPECT_EQ(film_bytes(layered) - full, 6 * kLayer);
+  layered.aovs |= kAovDifference;  // the half of all, colour and splats included
+  EXPECT_EQ(film_bytes(layered) - full, 14 * kLayer);
+  RenderSettings open = small_settings(64, 64, 16, Integrator::kAuto);
+  const double undecided = film_bytes(open);
+  open.aovs = kAovAlbedo;
+  EXPECT_EQ(film_bytes(open) - undecided, 2 * kLayer) << "samples may get weights";
+  open.uniform_sampling = true;
+  EXPECT_EQ(film_bytes(open) - undecided, kLayer);
 }
 
 TEST(DecoderPool, KeepsAsManyAsProcessorsCouldUse) {
