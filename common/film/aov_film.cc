@@ -52,50 +52,54 @@ struct PixelSums {
     return value;
   }
 
-  /// Of light group `group`, and of its half: the sums of camera samples and of splats. The last group has
-  /// what the others leave.
+  static ExactRgb at(const std::vector<ExactRgb>& layer, size_t i) {
+    return layer.empty() ? ExactRgb{} : layer[i];
+  }
+  /// What light group `group` has of a sum `whole`, by of(i) of those with layers. The last one has what the
+  /// others leave.
+  template <class Of>
+  ExactRgb part(size_t group, const ExactRgb& whole, const Of& of) const {
+    if (group < groups.size()) return of(group);
+    ExactRgb left = whole;
+    for (size_t i = 0; i < groups.size(); ++i) {
+      const ExactRgb other = of(i);
+      for (int c = 0; c < 3; ++c) left.c[c] -= other.c[c];
+    }
+    return left;
+  }
+  // Sums of a light group, of camera samples and of splats, and of its half.
   ExactRgb group_camera(size_t group) const {
-    return part_of(colour.camera, pixel, group,
-                   [&](size_t i) -> const std::vector<ExactRgb>& { return groups[i].camera; });
+    return part(group, at(colour.camera, pixel), [&](size_t i) { return at(groups[i].camera, pixel); });
   }
   ExactRgb group_splat(size_t group) const {
-    return part_of(colour.splat, film_pixel, group,
-                   [&](size_t i) -> const std::vector<ExactRgb>& { return groups[i].splat; });
+    return part(group, at(colour.splat, film_pixel),
+                [&](size_t i) { return at(groups[i].splat, film_pixel); });
   }
   ExactRgb half_camera(size_t group) const {
-    if (group < groups.size()) return half.group_camera(group, pixel);
-    ExactRgb left = half.camera(pixel);
-    for (size_t i = 0; i < groups.size(); ++i) subtract(half.group_camera(i, pixel), &left);
-    return left;
+    return part(group, half.camera(pixel), [&](size_t i) { return half.group_camera(i, pixel); });
   }
   ExactRgb half_splat(size_t group) const {
-    if (group < groups.size()) return half.group_splat(group, film_pixel);
-    ExactRgb left = half.splat(film_pixel);
-    for (size_t i = 0; i < groups.size(); ++i) subtract(half.group_splat(i, film_pixel), &left);
-    return left;
-  }
-  static void subtract(const ExactRgb& part, ExactRgb* from) {
-    for (int c = 0; c < 3; ++c) from->c[c] -= part.c[c];
-  }
-  template <class LayerOf>
-  ExactRgb part_of(const std::vector<ExactRgb>& whole, size_t at, size_t group, const LayerOf& layer) const {
-    const auto of_layer = [&](const std::vector<ExactRgb>& sums) {
-      return sums.empty() ? ExactRgb{} : sums[at];
-    };
-    if (group < groups.size()) return of_layer(layer(group));
-    ExactRgb left = of_layer(whole);
-    for (size_t i = 0; i < groups.size(); ++i) subtract(of_layer(layer(i)), &left);
-    return left;
+    return part(group, half.splat(film_pixel), [&](size_t i) { return half.group_splat(i, film_pixel); });
   }
 
-  double light_of_group(size_t group, int c) const {
-    double value = 0;
-    if (samples > 0)
-      value +=
-          from_signed_units(group_camera(group).c[c], colour.quantum_exponent) / static_cast<double>(samples);
-    if (colour.light_spp > 0)
-      value += from_signed_units(group_splat(group).c[c], colour.quantum_exponent) / colour.light_spp;
-    return value;
+  float* put_light(size_t group, float* out) const {
+    const ExactRgb camera = group_camera(group), splat = group_splat(group);
+    for (int c = 0; c < 3; ++c) {
+      double value = 0;
+      if (samples > 0)
+        value += from_signed_units(camera.c[c], colour.quantum_exponent) / static_cast<double>(samples);
+      if (colour.light_spp > 0)
+        value += from_signed_units(splat.c[c], colour.quantum_exponent) / colour.light_spp;
+      *out++ = static_cast<float>(value);
+    }
+    return out;
+  }
+  float* put_difference(size_t group, float* out) const {
+    const ExactRgb camera = group_camera(group), camera_half = half_camera(group), splat = group_splat(group),
+                   splat_half = half_splat(group);
+    for (int c = 0; c < 3; ++c)
+      *out++ = static_cast<float>(difference(c, camera, camera_half, splat, splat_half));
+    return out;
   }
 
   double value(Aovs aov, int c) const {
@@ -138,14 +142,8 @@ struct PixelSums {
 
   /// Of the colour.
   double difference(int c) const {
-    const auto at = [](const std::vector<ExactRgb>& sums, size_t i) {
-      return sums.empty() ? ExactRgb{} : sums[i];
-    };
     return difference(c, at(colour.camera, pixel), half.camera(pixel), at(colour.splat, film_pixel),
                       half.splat(film_pixel));
-  }
-  double difference_of_group(size_t group, int c) const {
-    return difference(c, group_camera(group), half_camera(group), group_splat(group), half_splat(group));
   }
   double difference(int c, const ExactRgb& camera, const ExactRgb& camera_half, const ExactRgb& splat,
                     const ExactRgb& splat_half) const {
@@ -251,10 +249,8 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
         if (!(set & kAovsOfHalves & aov)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.difference(aov, c));
       }
-      for (size_t i = 0; i < 3 * groups.size(); ++i)
-        *out++ = static_cast<float>(at.light_of_group(i / 3, static_cast<int>(i % 3)));
-      for (size_t i = 0; set & kAovDifference && i < 3 * groups.size(); ++i)
-        *out++ = static_cast<float>(at.difference_of_group(i / 3, static_cast<int>(i % 3)));
+      for (size_t i = 0; i < groups.size(); ++i) out = at.put_light(i, out);
+      for (size_t i = 0; set & kAovDifference && i < groups.size(); ++i) out = at.put_difference(i, out);
     }
   }
   return result;
