@@ -1,7 +1,7 @@
 #pragma once
 // Which channels of a picture are colours, and their conversion to other primaries.
+#include "common/base/rgb_primaries.h"
 #include "common/image/image.h"
-#include "common/image/rgb_primaries.h"
 
 namespace lightmill {
 

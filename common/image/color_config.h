@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/rgb_primaries.h"
 #include "common/image/image_library.h"
-#include "common/image/rgb_primaries.h"
 
 namespace lightmill {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/rgb_primaries.h"
+#include "common/base/rgb_primaries.h"
 
 namespace lightmill {
 

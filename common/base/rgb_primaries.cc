@@ -1,4 +1,4 @@
-#include "common/image/rgb_primaries.h"
+#include "common/base/rgb_primaries.h"
 
 #include <cmath>
 
@@ -14,12 +14,6 @@ constexpr double kSame = 1e-3;
 /// XYZ to the responses of cones (Lam, "Metamerism and colour constancy", 1985).
 constexpr RgbMatrix kBradford{
     {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
-
-Column product(const RgbMatrix& m, const Column& v) {
-  Column out{};
-  for (size_t i = 0; i < 3; ++i) out[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
-  return out;
-}
 
 RgbMatrix product(const RgbMatrix& a, const RgbMatrix& b) {
   RgbMatrix out{};
@@ -53,29 +47,9 @@ Column white_xyz(const RgbPrimaries& p) {
   return {x / y, 1, (1 - x - y) / y};
 }
 
-/// From the space's linear RGB to XYZ.
-std::optional<RgbMatrix> to_xyz(const RgbPrimaries& p) {
-  RgbMatrix m{};
-  const RgbPrimaries::Point* const points[] = {&p.red, &p.green, &p.blue};
-  for (size_t c = 0; c < 3; ++c) {
-    const double x = (*points[c])[0], y = (*points[c])[1];
-    m[0][c] = x, m[1][c] = y, m[2][c] = 1 - x - y;
-  }
-  const auto back = inverted(m);
-  if (!back || !(p.white[1] > kLeastArea)) return std::nullopt;
-  const Column shares = product(*back, white_xyz(p));
-  for (const double share : shares) {
-    if (!(share > kLeastArea)) return std::nullopt;
-  }
-  for (Column& row : m) {
-    for (size_t c = 0; c < 3; ++c) row[c] *= shares[c];
-  }
-  return m;
-}
-
 /// XYZ seen under the white of `from` to what looks the same under that of `to`.
 RgbMatrix adaptation(const RgbPrimaries& from, const RgbPrimaries& to) {
-  const Column seen = product(kBradford, white_xyz(from)), wanted = product(kBradford, white_xyz(to));
+  const Column seen = transformed(kBradford, white_xyz(from)), wanted = transformed(kBradford, white_xyz(to));
   RgbMatrix scaled = kBradford;
   for (size_t i = 0; i < 3; ++i) {
     for (double& x : scaled[i]) x *= wanted[i] / seen[i];
@@ -85,6 +59,36 @@ RgbMatrix adaptation(const RgbPrimaries& from, const RgbPrimaries& to) {
 
 }  // namespace
 
+std::array<double, 3> transformed(const RgbMatrix& m, const std::array<double, 3>& v) {
+  Column out{};
+  for (size_t i = 0; i < 3; ++i) out[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
+  return out;
+}
+
+std::optional<RgbMatrix> rgb_to_xyz(const RgbPrimaries& p) {
+  RgbMatrix m{};
+  const RgbPrimaries::Point* const points[] = {&p.red, &p.green, &p.blue};
+  for (size_t c = 0; c < 3; ++c) {
+    const double x = (*points[c])[0], y = (*points[c])[1];
+    m[0][c] = x, m[1][c] = y, m[2][c] = 1 - x - y;
+  }
+  const auto back = inverted(m);
+  if (!back || !(p.white[1] > kLeastArea)) return std::nullopt;
+  const Column shares = transformed(*back, white_xyz(p));
+  for (const double share : shares) {
+    if (!(share > kLeastArea)) return std::nullopt;
+  }
+  for (Column& row : m) {
+    for (size_t c = 0; c < 3; ++c) row[c] *= shares[c];
+  }
+  return m;
+}
+
+std::optional<RgbMatrix> xyz_to_rgb(const RgbPrimaries& space) {
+  const auto m = rgb_to_xyz(space);
+  return m ? inverted(*m) : std::nullopt;
+}
+
 bool are_same(const RgbPrimaries& a, const RgbPrimaries& b) {
   const auto near = [](const RgbPrimaries::Point& p, const RgbPrimaries::Point& q) {
     return std::abs(p[0] - q[0]) <= kSame && std::abs(p[1] - q[1]) <= kSame;
@@ -93,9 +97,9 @@ bool are_same(const RgbPrimaries& a, const RgbPrimaries& b) {
 }
 
 std::optional<RgbMatrix> rgb_conversion(const RgbPrimaries& from, const RgbPrimaries& to) {
-  const auto in = to_xyz(from), out = to_xyz(to);
+  const auto in = rgb_to_xyz(from), out = xyz_to_rgb(to);
   if (!in || !out) return std::nullopt;
-  return product(*inverted(*out), product(adaptation(from, to), *in));
+  return product(*out, product(adaptation(from, to), *in));
 }
 
 void convert_color(const RgbMatrix& m, float rgb[3]) {

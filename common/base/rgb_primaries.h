@@ -27,9 +27,15 @@ bool are_same(const RgbPrimaries& a, const RgbPrimaries& b);
 /// Rows; a colour is a column.
 using RgbMatrix = std::array<std::array<double, 3>, 3>;
 
+/// Between the space's linear RGB, whose white is (1, 1, 1), and XYZ, where that has luminance 1. Nothing if
+/// it is no RGB space: its primaries lie on a line, or its white is no mixture of them.
+std::optional<RgbMatrix> rgb_to_xyz(const RgbPrimaries& space);
+std::optional<RgbMatrix> xyz_to_rgb(const RgbPrimaries& space);
+/// The colour `v` times the matrix.
+std::array<double, 3> transformed(const RgbMatrix& m, const std::array<double, 3>& v);
+
 /// From linear RGB of one space to linear RGB of the other. White becomes white: where they differ, as of D65
-/// and D60, by Bradford's adaptation (Lam 1985). Nothing if either is no RGB space: its primaries lie on a
-/// line, or its white is no mixture of them.
+/// and D60, by Bradford's adaptation (Lam 1985). Nothing if either is no RGB space.
 std::optional<RgbMatrix> rgb_conversion(const RgbPrimaries& from, const RgbPrimaries& to);
 
 /// The colour `rgb` times the matrix, in place. Units stay.
