@@ -16,6 +16,7 @@
 #include "common/image/image_library.h"
 #include "common/image/library_message.h"
 #include "common/image/pfm_file.h"
+#include "common/job/aovs.h"
 
 namespace lightmill {
 
@@ -100,7 +101,8 @@ ChannelImage with_layers(const Image& image, const ChannelImage* layers) {
 
 /// Half floats can't hold it.
 bool is_wide(const std::string& channel) {
-  return channel.starts_with("depth") || channel.starts_with("position.") || channel.starts_with("samples.");
+  return channel.starts_with("depth") || channel.starts_with("position.") ||
+         channel.starts_with("samples.") || is_matte_channel(channel);
 }
 
 std::array<float, 8> chromaticities_of(const RgbPrimaries& p) {
@@ -117,10 +119,11 @@ void describe_exr(const Image& image, const ImageWriteOptions& options, ChannelI
                   ImageToWrite* out) {
   out->half = options.half;
   out->chromaticities = chromaticities_of(primaries_of(options.space));
+  const bool layered = options.layers && !options.layers->channels.empty();
+  if (layered) out->attributes.assign(options.layers->attributes.begin(), options.layers->attributes.end());
   for (const auto& [key, value] : options.metadata) out->attributes.emplace_back("lightmill:" + key, value);
   out->attributes.emplace_back("colorInteropID", interop_id(options.space));
   out->floats = image.data.data();
-  const bool layered = options.layers && !options.layers->channels.empty();
   // A grey is the same in all of them.
   const bool converted = options.space != ImageSpace::kRec709 && image.channels == 3;
   if (!layered && !converted) return;

@@ -32,6 +32,9 @@ struct Image {
 struct ChannelImage {
   Image image;                        // image.channels values a pixel
   std::vector<std::string> channels;  // their names in a file: "albedo.R"
+  /// What an EXR file has to say of the channels: string attributes by their full names, as those of
+  /// Cryptomatte.
+  std::map<std::string, std::string> attributes = {};
 };
 
 struct ImageWriteOptions {
@@ -43,8 +46,8 @@ struct ImageWriteOptions {
 };
 
 /// Writes by extension: .exr (float or half, with metadata and layers), .png (8-bit, as `view` says), .hdr,
-/// .pfm. In half floats distances, positions and counts stay floats: half has 11 bits. An .exr says its
-/// primaries; convert_colors (color_channels.h) says what of it is converted to others. Written to a
+/// .pfm. In half floats distances, positions, counts and mattes stay floats: half has 11 bits. An .exr says
+/// its primaries; convert_colors (color_channels.h) says what of it is converted to others. Written to a
 /// temporary file beside `path` and renamed, so a reader never sees half an image. Throws Error(kFailed) if
 /// it can't be written, Error(kUsage) on an unknown extension.
 void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options = {});

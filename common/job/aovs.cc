@@ -1,6 +1,7 @@
 #include "common/job/aovs.h"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 
 #include "common/base/error.h"
@@ -15,7 +16,8 @@ struct Entry {
 constexpr Entry kEntries[] = {{"albedo", "RGB"},     {"normal", "XYZ"},     {"depth", "Z"},
                               {"position", "XYZ"},   {"alpha", "A"},        {"direct", "RGB"},
                               {"indirect", "RGB"},   {"variance", "RGB"},   {"samples", "V"},
-                              {"difference", "RGB"}, {"lightgroups", "RGB"}};
+                              {"difference", "RGB"}, {"lightgroups", "RGB"},
+                              {"cryptoobject", "rgba"}, {"cryptomaterial", "rgba"}, {"cryptoasset", "rgba"}};
 static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
 
 void append(const std::string& layer, const char* letters, std::vector<std::string>* channels) {
@@ -23,7 +25,21 @@ void append(const std::string& layer, const char* letters, std::vector<std::stri
     channels->emplace_back(layer).append(1, '.').append(1, *letter);
 }
 
+/// In the order of their bits.
+constexpr const char* kMatteLayers[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
+constexpr int kRanksOfLayer = 2;  // an id and a coverage each
+
 }  // namespace
+
+std::string matte_layer(Aovs matte) {
+  return kMatteLayers[std::countr_zero(matte) - std::countr_zero(kAovCryptoObject)];
+}
+
+bool is_matte_channel(const std::string& channel) {
+  return std::any_of(std::begin(kMatteLayers), std::end(kMatteLayers), [&](const std::string& layer) {
+    return channel.starts_with(layer) && channel.find('.') == layer.size() + 2;
+  });
+}
 
 std::string aov_names(Aovs set) {
   std::string names;
@@ -46,9 +62,11 @@ Aovs aovs_named(const std::string& names) {
       set = kAllAovs;
     } else if (name == "denoise") {
       set |= kAovsToDenoise;
+    } else if (name == "cryptomatte") {
+      set |= kAovsOfCryptomatte;
     } else if (found == std::end(kEntries)) {
       throw Error(ErrorKind::kUsage, "no AOV \"" + name + "\" in \"" + names + "\"; there are " +
-                                         aov_names(kAllAovs) + ", denoise and all");
+                                         aov_names(kAllAovs) + ", denoise, cryptomatte and all");
     } else {
       set |= 1u << (found - std::begin(kEntries));
     }
@@ -71,6 +89,12 @@ std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups) {
       for (const std::string& name : groups) {
         if (set & kAovDifference) append("lightgroup_" + name + "_difference", entry.channels, &channels);
       }
+      continue;
+    }
+    if (1u << i & kAovsOfCryptomatte) {
+      // Small letters, as the specification has them and programs expect them.
+      for (int layer = 0; layer < kMatteRanks / kRanksOfLayer; ++layer)
+        append(matte_layer(1u << i) + "0" + std::to_string(layer), entry.channels, &channels);
       continue;
     }
     append(entry.name, entry.channels, &channels);

@@ -31,21 +31,30 @@ namespace lightmill {
 using Aovs = unsigned;
 inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
                       kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256,
-                      kAovDifference = 512, kAovLightGroups = 1024;
-inline constexpr Aovs kAllAovs = (1u << 11) - 1;
+                      kAovDifference = 512, kAovLightGroups = 1024, kAovCryptoObject = 2048,
+                      kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192;
+inline constexpr Aovs kAllAovs = (1u << 14) - 1;
+/// "cryptomatte" among names.
+inline constexpr Aovs kAovsOfCryptomatte = kAovCryptoObject | kAovCryptoMaterial | kAovCryptoAsset;
 /// What `lightmill denoise` goes by: "denoise" among names.
 inline constexpr Aovs kAovsToDenoise = kAovAlbedo | kAovNormal | kAovDepth | kAovDifference;
 /// Those of which `difference` has channels, too.
 inline constexpr Aovs kAovsOfHalves = kAovAlbedo | kAovNormal | kAovDepth;
+/// How many ids a matte has of a pixel, two in each of its layers of four channels.
+inline constexpr int kMatteRanks = 6;
 
 /// "albedo,normal", those in the set, in the order of their bits; empty for none.
 std::string aov_names(Aovs set);
-/// Inverse; "all" is all of them and "denoise" kAovsToDenoise. Throws Error(kUsage) on a name that does not
+/// Inverse; "all" is all of them, "denoise" kAovsToDenoise and "cryptomatte" kAovsOfCryptomatte. Throws Error(kUsage) on a name that does not
 /// exist, listing those that do.
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
 /// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", "lightgroup_key.R",
-/// "lightgroup_key_difference.R", and "A" for alpha. `groups`: of the scene.
+/// "lightgroup_key_difference.R", "CryptoObject00.r", and "A" for alpha. `groups`: of the scene.
 std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups);
+/// "CryptoObject": what the names of a matte's layers begin with, and programs call it.
+std::string matte_layer(Aovs matte);
+/// Whether a channel is a matte's. Its ids are bits: half floats can't hold them, and nothing may average them.
+bool is_matte_channel(const std::string& channel);
 
 }  // namespace lightmill
