@@ -194,6 +194,7 @@ void AovFilm::check(const Partial& partial, bool first) const {
                                         aov_names(partial.aovs.spec.set) + "\", not \"" +
                                         aov_names(sums_.spec.set) + "\"");
   }
+  mattes_.check(partial.mattes);
 }
 
 void AovFilm::fold(const Partial& partial, const Whole& whole) {
@@ -210,6 +211,7 @@ void AovFilm::fold(const Partial& partial, const Whole& whole) {
     add_rectangle(grid, r, from.groups[i].camera, false, &groups_[i].camera);
     add_splats(grid, from.groups[i].splats, false, &groups_[i].splat);
   }
+  if (from.spec.set & kAovsOfCryptomatte) mattes_.fold(grid, partial.tile.cells, partial.mattes);
   if (from.spec.set & kAovDifference) {
     half_.fold(partial, {whole.camera, whole.splat, sums_, groups_, whole.cell_samples, whole.light_paths});
   }
@@ -221,6 +223,7 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
   const LightGroups& groups = sums_.spec.groups;
   result.channels = aov_channels(set, groups);
   if (set == 0) return result;
+  result.attributes = mattes_.attributes(set);
   const PixelRect& crop = grid.crop;
   const CellRect cells = grid.cells();
   result.image = Image(crop.width(), crop.height(), static_cast<int>(result.channels.size()));
@@ -242,7 +245,7 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
                          half_.samples(cell)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
-        if (!(set & aov) || aov == kAovLightGroups) continue;
+        if (!(set & aov) || aov & (kAovLightGroups | kAovsOfCryptomatte)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
       }
       for (Aovs aov = 1; set & kAovDifference && aov <= kAllAovs; aov <<= 1) {
@@ -251,6 +254,12 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
       }
       for (size_t i = 0; i < groups.size(); ++i) out = at.put_light(i, out);
       for (size_t i = 0; set & kAovDifference && i < groups.size(); ++i) out = at.put_difference(i, out);
+      for (int matte = 0; matte < kMattes; ++matte) {
+        if (!(set & kAovOfMatte[matte])) continue;
+        const size_t in_cell = entry(int64_t{y % kCellSize} * kCellSize + x % kCellSize);
+        mattes_.ranks(cell, in_cell, static_cast<Matte>(matte), at.weights(), out);
+        out += 2 * kMatteRanks;
+      }
     }
   }
   return result;
@@ -276,6 +285,7 @@ void AovFilm::write(ByteWriter* out) const {
     put_stored_layer(group.splat, out);
   }
   if (sums_.spec.set & kAovDifference) half_.write(sums_.spec.weighted, out);
+  if (sums_.spec.set & kAovsOfCryptomatte) mattes_.write(out);
 }
 
 void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
@@ -305,6 +315,7 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
     group.splat = get_stored_layer(pixels, in);
   }
   if (sums_.spec.set & kAovDifference) half_.read(in, grid, sums_.spec.weighted, groups_.size());
+  if (sums_.spec.set & kAovsOfCryptomatte) mattes_.read(in, grid);
 }
 
 }  // namespace lightmill

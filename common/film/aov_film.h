@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/film/aov_layers.h"
+#include "common/film/cryptomatte/matte_film.h"
 #include "common/film/halves/half_film.h"
 #include "common/film/partial.h"
 #include "common/image/image.h"
@@ -52,6 +53,7 @@ class AovFilm {
   std::vector<ExactRgb> direct_splat_;  // crop window, in film order; empty until one arrives
   std::vector<GroupLayers> groups_;
   HalfFilm half_;  // for `difference`
+  MatteFilm mattes_;
 };
 
 }  // namespace lightmill

@@ -56,6 +56,8 @@ struct PartialBuilder::Impl {
   std::vector<ExactRgb> camera;
   SplatFrame splats, direct_splats;
   std::vector<SplatFrame> group_splats;  // of all groups, if there are some: they make up `splats`
+  std::vector<MatteCell> mattes;
+  std::shared_ptr<const std::vector<std::string>> matte_names;  // guarded by counters_lock
   AovSums aovs;
   std::mutex counters_lock;
   RenderCounters counters;
@@ -68,6 +70,8 @@ struct PartialBuilder::Impl {
     counters.nonfinite += of_splats.refused();
     dropped_splats.add(of_splats);
   }
+  /// The cell's number in the tile. Throws std::logic_error if it lies outside.
+  size_t cell_number(int cx, int cy) const;
   void add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums, std::vector<ExactRgb>* layer);
 };
 
@@ -98,20 +102,25 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
   }
   for (size_t i = 0; has_splat_layer && !m.aovs.groups.empty() && i < aovs.groups.size(); ++i)
     m.group_splats.emplace_back(grid, quantum_exponent);
+  if (aovs.set & kAovsOfCryptomatte) m.mattes.resize(static_cast<size_t>(tile.cells.count()));
 }
 
 PartialBuilder::~PartialBuilder() = default;
 
 const AovSpec& PartialBuilder::aovs() const { return impl_->aovs.spec; }
 
-void PartialBuilder::Impl::add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums,
-                                     std::vector<ExactRgb>* layer) {
+size_t PartialBuilder::Impl::cell_number(int cx, int cy) const {
   const CellRect& cells = tile.cells;
   if (cx < cells.x0 || cx >= cells.x1 || cy < cells.y0 || cy >= cells.y1) {
     throw std::logic_error("PartialBuilder::add_camera: the cell lies outside the tile");
   }
+  return static_cast<size_t>((cy - cells.y0) * cells.width() + (cx - cells.x0));
+}
+
+void PartialBuilder::Impl::add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums,
+                                     std::vector<ExactRgb>* layer) {
+  const size_t cell = cell_number(cx, cy);
   const PixelRect r = grid.pixels({cx, cy, cx + 1, cy + 1});
-  const auto cell = static_cast<size_t>((cy - cells.y0) * cells.width() + (cx - cells.x0));
   const std::lock_guard lock(camera_locks[cell % kStripes]);
   for (int y = r.y0; y < r.y1; ++y) {
     const ExactRgb* from =
@@ -150,6 +159,18 @@ void PartialBuilder::add_group_splats(size_t group, std::span<const Splat> splat
   impl_->count_of_splats(impl_->group_splats.at(group).add(splats));
 }
 
+void PartialBuilder::add_mattes(int cx, int cy, const MatteCell& counts,
+                                const std::shared_ptr<const std::vector<std::string>>& names) {
+  if (impl_->mattes.empty()) throw std::logic_error("PartialBuilder::add_mattes: no such AOV");
+  const size_t cell = impl_->cell_number(cx, cy);
+  {
+    const std::lock_guard lock(impl_->camera_locks[cell % kStripes]);
+    add_counts(counts, {}, &impl_->mattes[cell]);
+  }
+  const std::lock_guard lock(impl_->counters_lock);
+  impl_->matte_names = names;
+}
+
 void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_seconds) {
   const std::lock_guard lock(impl_->counters_lock);
   impl_->counters += counters;
@@ -181,6 +202,8 @@ Partial PartialBuilder::take() {
     partial.splats = merged(partial.splats, sums);
     if (i < partial.aovs.groups.size()) partial.aovs.groups[i].splats = std::move(sums);
   }
+  MatteSums mattes{m.matte_names ? *m.matte_names : std::vector<std::string>{}, std::move(m.mattes)};
+  if (!mattes.cells.empty()) partial.mattes = canonical(mattes);
   partial.counters = m.counters;
   partial.dropped = m.dropped;
   // A splat adds to the mean of the image what it has over the number of light paths.

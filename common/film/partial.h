@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/film/aov_layers.h"
+#include "common/film/cryptomatte/matte_sums.h"
 #include "common/film/dropped.h"
 #include "common/film/exact_sum.h"
 #include "common/film/splat_sum.h"
@@ -56,6 +57,7 @@ struct Partial {
   std::vector<SplatSum> splats;
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
   AovSums aovs;              // its set is 0 unless the job asked for some
+  MatteSums mattes;          // of the tile's cells, in packet order; empty unless some of kAovsOfCryptomatte are asked for
   RenderCounters counters;
   Dropped dropped;         // nothing in partials of versions that counted the kinds together
   double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
@@ -86,6 +88,10 @@ class PartialBuilder {
   /// Likewise of a light group, one of group_layers; and splats of any group, in place of add_splats.
   void add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_group_splats(size_t group, std::span<const Splat> splats);
+  /// Likewise for Cryptomatte what a packet's samples hit first. `names`: of the numbers in keys, the same for
+  /// all packets.
+  void add_mattes(int cx, int cy, const MatteCell& counts,
+                  const std::shared_ptr<const std::vector<std::string>>& names);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.
   void add_counters(const RenderCounters& counters, double cpu_seconds);
   /// Adds what a finished packet's stages dropped of camera paths (amounts by pixel sample) and of light

@@ -28,6 +28,33 @@ void check_dropped(const Partial& p) {
     refuse_partial("the kinds of what was dropped do not add up");
 }
 
+/// Cryptomatte's counts: that they are there if they are asked for, and no more than the samples.
+void check_counts(const Partial& p) {
+  if ((p.aovs.spec.set & kAovsOfCryptomatte) == 0) {
+    if (!p.mattes.cells.empty() || !p.mattes.names.empty())
+      refuse_partial("counts for Cryptomatte that nobody asked for");
+    return;
+  }
+  check_mattes(p.mattes, p.grid, p.tile.cells);
+  const PixelRect r = p.grid.pixels(p.tile.cells);
+  const std::vector<ExactRgb>& weights = p.aovs.layers[kWeightsLayer];
+  const auto samples = static_cast<uint64_t>(p.tile.samples());
+  size_t pixel = 0;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x, ++pixel) {
+      const CellRect& cells = p.tile.cells;
+      const int cell = (y / kCellSize - cells.y0) * cells.width() + x / kCellSize - cells.x0;
+      const int in_cell = y % kCellSize * kCellSize + x % kCellSize;
+      const uint64_t most = weights.empty() ? samples : static_cast<uint64_t>(weights[pixel].c[0]);
+      uint64_t left = most;
+      for (const MatteCount& entry : p.mattes.cells[static_cast<size_t>(cell)].of(static_cast<size_t>(in_cell))) {
+        if (entry.count > left) refuse_partial("more hits for Cryptomatte than samples");
+        left -= entry.count;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void refuse_partial(const std::string& reason) {
@@ -98,6 +125,7 @@ LayerUnits check_partial_layers(const Partial& p) {
     }
   }
   check_aovs(p.aovs, p.grid, area, p.tile.samples(), p.camera, p.splats);
+  check_counts(p);
   return any;
 }
 

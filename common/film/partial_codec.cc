@@ -7,8 +7,8 @@
 //   amounts of what was dropped, by kind, if anything was 40 bytes
 //   content digest: SHA-256(content head, payload)        64 hex digits
 //   head digest: SHA-256 of all of the above              64 hex digits
-//   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h), AOVs
-//   (aov_codec.cc)
+//   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h), counts for
+//   Cryptomatte (cryptomatte/matte_codec.cc), AOVs (aov_codec.cc)
 //
 // The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
 // the digest names the content, not one of its spellings. Where nothing was dropped the bytes are those of
@@ -33,7 +33,7 @@ constexpr uint32_t kPartialMagic = 0x74706d4c;  // "Lmpt"
 constexpr const char* kPartial = "partial";
 constexpr int kZstdLevel = 1;
 constexpr size_t kSha256Bytes = 64;
-constexpr int kHasCamera = 1, kHasAovs = 2, kHasDropped = 4;  // what is there
+constexpr int kHasCamera = 1, kHasAovs = 2, kHasDropped = 4, kHasMattes = 8;  // what is there
 
 enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
 
@@ -41,6 +41,7 @@ struct Layout {
   bool has_camera = false;
   bool has_aovs = false;
   bool has_dropped = false;
+  bool has_mattes = false;
   ByteRange camera_range, splat_range;
   SplatForm splat_form = SplatForm::kNone;
   uint64_t splat_count = 0;
@@ -59,6 +60,7 @@ Layout layout_of(const Partial& p, const LayerUnits& units) {
   layout.has_camera = !p.camera.empty();
   layout.has_aovs = p.aovs.spec.set != 0;
   layout.has_dropped = p.dropped.any();
+  layout.has_mattes = !p.mattes.cells.empty();
   layout.camera_range = used_bytes(units.camera);
   layout.splat_range = used_bytes(units.splats);
   layout.splat_count = p.splats.size();
@@ -94,7 +96,8 @@ std::string content_head(const Partial& p, const Layout& layout) {
   }
   w.put<uint8_t>(static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) |
                                       (layout.has_aovs ? kHasAovs : 0) |
-                                      (layout.has_dropped ? kHasDropped : 0)));
+                                      (layout.has_dropped ? kHasDropped : 0) |
+                                      (layout.has_mattes ? kHasMattes : 0)));
   w.put<uint8_t>(static_cast<uint8_t>(layout.splat_form));
   for (const ByteRange& range : {layout.camera_range, layout.splat_range}) {
     w.put<uint8_t>(range.low);
@@ -124,10 +127,11 @@ Layout read_content_head(ByteReader* in, Partial* p) {
   }
   const auto present = in->get<uint8_t>();
   const auto form = in->get<uint8_t>();
-  if (present > (kHasCamera | kHasAovs | kHasDropped) || form > 2) in->fail("unknown layout");
+  if (present > (kHasCamera | kHasAovs | kHasDropped | kHasMattes) || form > 2) in->fail("unknown layout");
   layout.has_camera = present & kHasCamera;
   layout.has_aovs = present & kHasAovs;
   layout.has_dropped = present & kHasDropped;
+  layout.has_mattes = present & kHasMattes;
   layout.splat_form = static_cast<SplatForm>(form);
   for (ByteRange* range : {&layout.camera_range, &layout.splat_range}) {
     range->low = in->get<uint8_t>();
@@ -157,13 +161,16 @@ class Payload {
  public:
   Payload(const Partial& p, const Layout& layout) : p_(p), layout_(layout) {
     if (layout.splat_form == SplatForm::kSparse) gaps_ = gaps(p);
+    ByteWriter mattes;
+    if (layout.has_mattes) encode_mattes(p.mattes, &mattes);
+    mattes_ = std::move(mattes.bytes());
     if (layout.has_aovs) aovs_ = encode_aovs(p.aovs);
   }
   size_t size() const {
     const size_t splats =
         layout_.splat_form == SplatForm::kDense ? static_cast<size_t>(p_.grid.crop.area()) : p_.splats.size();
     return plane_bytes(p_.camera.size(), layout_.camera_range) + gaps_.size() +
-           plane_bytes(splats, layout_.splat_range) + aovs_.size();
+           plane_bytes(splats, layout_.splat_range) + mattes_.size() + aovs_.size();
   }
   void for_pieces(const TakeBytes& take) const {
     for_planes(std::span(p_.camera), layout_.camera_range, take);
@@ -177,13 +184,14 @@ class Payload {
       for_planes(std::span(p_.splats), layout_.splat_range, static_cast<size_t>(p_.grid.crop.area()), place,
                  take);
     }
+    take(mattes_);
     take(aovs_);
   }
 
  private:
   const Partial& p_;
   const Layout& layout_;
-  std::string gaps_, aovs_;
+  std::string gaps_, mattes_, aovs_;
 };
 
 /// Bounds of the payload's size that the head allows.
@@ -290,11 +298,16 @@ Header read_header(std::string_view bytes) {
 }
 
 /// Into `p`, whose layers may hold what was decoded before.
-void decode_layers(const Header& h, size_t most_groups, ReusedBytes* buffer, Partial* out) {
+void decode_layers(const Header& h, size_t most_groups, bool may_have_mattes, ReusedBytes* buffer,
+                   Partial* out) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
   const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
   const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid, most_groups) : 0;
-  if (h.payload_size < bounds.low || h.payload_size > bounds.high + aov_bytes)
+  if (h.layout.has_mattes && !may_have_mattes) refuse_partial("counts for Cryptomatte that nobody asked for");
+  const auto cells = static_cast<size_t>(h.partial.tile.cells.count());
+  const uint64_t counts = most_matte_counts(tile_area, h.partial.tile.samples());
+  const size_t matte_bytes = h.layout.has_mattes ? max_matte_bytes(cells, counts) : 0;
+  if (h.payload_size < bounds.low || h.payload_size > bounds.high + matte_bytes + aov_bytes)
     refuse_partial("payload of a size that does not fit");
   const std::span<char> unpacked = buffer->of(h.payload_size);
   zstd_unpack(h.frame, unpacked, kPartial);
@@ -315,6 +328,7 @@ void decode_layers(const Header& h, size_t most_groups, ReusedBytes* buffer, Par
     read_planes(in.get_bytes(size), h.layout.camera_range, std::span(p.camera));
   }
   read_splats(&in, h.layout, &p);
+  if (h.layout.has_mattes) p.mattes = decode_mattes(&in, cells, counts);
   if (h.layout.has_aovs) {
     p.aovs = decode_aovs(in.rest(), tile_area, p.grid, most_groups);
   } else {
@@ -335,7 +349,7 @@ Header read_header(std::string_view bytes, const FilmGrid& grid, const TileSpec&
 Partial decoded(const Header& header) {
   ReusedBytes buffer;
   Partial partial;
-  decode_layers(header, kMaxLightGroups, &buffer, &partial);
+  decode_layers(header, kMaxLightGroups, true, &buffer, &partial);
   return partial;
 }
 
@@ -379,8 +393,8 @@ Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileS
 }
 
 const Partial& PartialDecoder::decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile,
-                                      size_t most_groups) {
-  decode_layers(read_header(bytes, grid, tile), most_groups, &payload_, &partial_);
+                                      size_t most_groups, bool may_have_mattes) {
+  decode_layers(read_header(bytes, grid, tile), most_groups, may_have_mattes, &payload_, &partial_);
   return partial_;
 }
 
@@ -389,6 +403,8 @@ size_t PartialDecoder::bytes() const {
   for (const auto& layer : partial_.aovs.layers) aovs += layer.capacity() * sizeof(ExactRgb);
   for (const GroupSums& group : partial_.aovs.groups)
     aovs += group.camera.capacity() * sizeof(ExactRgb) + group.splats.capacity() * sizeof(SplatSum);
+  for (const MatteCell& cell : partial_.mattes.cells)
+    aovs += cell.ends.capacity() * sizeof(uint32_t) + cell.counts.capacity() * sizeof(MatteCount);
   return partial_.camera.capacity() * sizeof(ExactRgb) + partial_.splats.capacity() * sizeof(SplatSum) +
          aovs + payload_.capacity();
 }

@@ -70,7 +70,7 @@ std::variant<CommitResult, uint64_t> CommitPath::announce(const WorkerId& worker
   const auto& [job, tile] = std::get<Held>(found);
   if (is_pilot(tile.tile)) return uint64_t{kMaxPilotResultBytes};
   const RenderSettings& settings = job->record.settings;
-  return max_encoded_bytes(static_cast<uint64_t>(settings.grid.pixels(tile.tile.cells).area()), settings);
+  return max_encoded_bytes(tile.tile, settings);
 }
 
 std::variant<CommitResult, CommitPath::Claim> CommitPath::claim(const Delivery& delivery) {
@@ -114,7 +114,8 @@ CommitResult CommitPath::take_partial(const Delivery& delivery, const Claim& cla
   std::string digest;
   try {
     decoded = &(*decoder)->decode(delivery.bytes, claim.settings.grid, claim.tile,
-                                  claim.settings.light_groups.size());
+                                  claim.settings.light_groups.size(),
+                                  (claim.settings.aovs & kAovsOfCryptomatte) != 0);
     check_partial(*decoded, claim.tile, claim.settings, claim.quantum_exponent);
     digest = encoded_digest(delivery.bytes);
   } catch (const Error& e) {

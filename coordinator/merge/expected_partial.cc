@@ -85,13 +85,18 @@ double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
                           ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid,
                                                                   settings.light_groups.size()))
                           : 0;
-  return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs;
+  const double mattes = settings.aovs & kAovsOfCryptomatte ? 2 * kMatteBytesPerPixel * pixels : 0;
+  return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs +
+         mattes;
 }
 
-uint64_t max_encoded_bytes(uint64_t tile_pixels, const RenderSettings& settings) {
+uint64_t max_encoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
   const FilmGrid& grid = settings.grid;
-  const uint64_t aovs =
-      settings.aovs ? max_aov_bytes(static_cast<size_t>(tile_pixels), grid, settings.light_groups.size()) : 0;
+  const auto tile_pixels = static_cast<size_t>(grid.pixels(tile.cells).area());
+  uint64_t aovs = settings.aovs ? max_aov_bytes(tile_pixels, grid, settings.light_groups.size()) : 0;
+  if (settings.aovs & kAovsOfCryptomatte)
+    aovs += max_matte_bytes(static_cast<size_t>(tile.cells.count()),
+                            most_matte_counts(tile_pixels, tile.samples()));
   return kPartialOverhead + tile_pixels * kBytesPerSum +
          static_cast<uint64_t>(grid.crop.area()) * kBytesPerSplat + aovs;
 }

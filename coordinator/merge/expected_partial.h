@@ -15,7 +15,7 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
                    const std::optional<int>& quantum_exponent);
 /// About the memory that a partial of the tile takes unpacked, with what it is unpacked from.
 double decoded_bytes(const TileSpec& tile, const RenderSettings& settings);
-/// Largest encoded partial of so many pixels of the job.
-uint64_t max_encoded_bytes(uint64_t tile_pixels, const RenderSettings& settings);
+/// Largest encoded partial of the tile.
+uint64_t max_encoded_bytes(const TileSpec& tile, const RenderSettings& settings);
 
 }  // namespace lightmill

@@ -12,8 +12,6 @@
 namespace lightmill {
 namespace {
 
-constexpr Aovs kAovOfMatte[kMattes] = {kAovCryptoObject, kAovCryptoMaterial, kAovCryptoAsset};
-
 /// Of one id in a pixel.
 struct Rank {
   uint32_t id;

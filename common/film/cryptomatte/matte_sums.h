@@ -24,6 +24,7 @@ class ByteReader;
 class ByteWriter;
 
 enum Matte { kObjectMatte, kMaterialMatte, kAssetMatte, kMattes };
+inline constexpr Aovs kAovOfMatte[kMattes] = {kAovCryptoObject, kAovCryptoMaterial, kAovCryptoAsset};
 
 /// The numbers of three names, in the order of Matte, the object's in the highest bits.
 using MatteKey = uint64_t;

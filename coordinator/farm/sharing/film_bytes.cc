@@ -4,6 +4,7 @@
 
 #include "common/error/batch_film.h"
 #include "common/film/aov_layers.h"
+#include "common/film/cryptomatte/matte_sums.h"
 
 namespace lightmill {
 namespace {
@@ -30,11 +31,12 @@ double film_bytes(const RenderSettings& settings) {
   const auto groups = static_cast<int>(group_layers(settings.light_groups));
   sums += groups * (undecided || has_splat_layer(settings) ? 2 : 1);
   if (settings.aovs & kAovDifference) sums *= 2;
+  const double mattes = settings.aovs & kAovsOfCryptomatte ? kMatteBytesPerPixel : 0;
   const int64_t superblocks = (settings.spp + kSuperblockSamples - 1) / kSuperblockSamples;
   const double batches =
       std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));
   const double tracked = std::min<double>(pixels, static_cast<double>(BatchFilm::kMaxTrackedPixels));
-  return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + kBytesPerReferencePixel) +
+  return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + mattes + kBytesPerReferencePixel) +
          (tracked + (pixels > tracked ? pixels / kPixelsPerBox : 0)) * batches * kBytesPerTrackedPixel;
 }
 
