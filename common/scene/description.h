@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/job/aovs.h"
+#include "common/scene/cryptomatte/part_names.h"
 #include "common/scene/material_description.h"
 #include "common/scene/medium_description.h"
 #include "common/scene/visibility/ray_kinds.h"
@@ -65,6 +66,7 @@ struct ShapeDescription {
   /// split until none is longer than edge_length (scene units); 0: they are not.
   FloatInput displacement{0, -1};
   float edge_length = 0;
+  PartNames names = {};  // for Cryptomatte
 };
 
 /// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.
@@ -77,7 +79,8 @@ struct InstanceDescription {
   int object = -1;    // index into SceneDescription::objects
   int moves_to = -1;  // as a shape's
   Transform object_to_world;
-  RayKinds hidden = 0;  // that do not meet it, beside those of the object's shapes
+  RayKinds hidden = 0;    // that do not meet it, beside those of the object's shapes
+  PartNames names = {};  // go before those of the object's shapes
 };
 
 // --- lights ---------------------------------------------------------------------------------------
@@ -322,6 +325,7 @@ struct SceneDescription {
   /// beginning: a power of two less one of transforms, by i.
   std::map<int, std::vector<Transform>> between;
   ShutterDescription shutter;
+  NameList names;  // of shapes and instances, for Cryptomatte
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
   std::string format;             // of the scene file: "pbrt-v4", "pbrt-v3" or "glTF 2.0"

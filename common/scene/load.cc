@@ -44,6 +44,7 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
   } else {
     problems.error({name, 1, 1}, "a scene file ends in .pbrt, .gltf or .glb, not " + in_quotes(extension));
   }
+  name_parts(&result.scene);
   result.scene.missing_textures = options.missing_textures;
   result.scene.strict_lights = options.strict_lights;
   result.scene.pose = options.pose;

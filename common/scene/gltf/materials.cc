@@ -51,6 +51,8 @@ const GltfSurface& GltfMaterials::surface(int index, bool vertex_colors) {
     const GltfValue material =
         index >= 0 ? root_.require("materials")[static_cast<size_t>(index)] : root_.nothing();
     result = translate(material, vertex_colors);
+    std::string& name = scene_.scene.materials[static_cast<size_t>(result.material)].name;
+    if (name.empty()) name = index >= 0 ? "material " + std::to_string(index) : "default";
   });
   if (!good) {  // reported: a place holder
     scene_.scene.materials.push_back({"", DiffuseMaterial{}, {scene_.name, 1, 1}});

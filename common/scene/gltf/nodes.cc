@@ -46,14 +46,15 @@ void GltfNodes::visit_scene() {
     size_t index;
     Transform parent;
     bool hidden;  // KHR_node_visibility, which hides what is below, too
+    int asset;    // the name of the root above; -1: a root
   };
   std::vector<Open> open;  // explicit: a file may nest as deeply as it likes
   const std::vector<size_t> first = roots();
-  for (auto i = first.rbegin(); i != first.rend(); ++i) open.push_back({*i, Transform{}, false});
+  for (auto i = first.rbegin(); i != first.rend(); ++i) open.push_back({*i, Transform{}, false, -1});
   while (!open.empty() && !scene_.problems->full()) {
-    const auto [index, parent, parent_hidden] = open.back();
+    const auto [index, parent, parent_hidden, asset] = open.back();
     open.pop_back();
-    scene_.attempt([&, index = index, &parent = parent, parent_hidden = parent_hidden] {
+    scene_.attempt([&, index = index, &parent = parent, parent_hidden = parent_hidden, asset = asset] {
       const GltfValue node = root_.require("nodes")[index];
       if (seen[index]) node.fail("is reached twice: a node has one parent, and there are no cycles");
       seen[index] = true;
@@ -63,18 +64,25 @@ void GltfNodes::visit_scene() {
         return;
       }
       const auto visibility = node.extension("KHR_node_visibility");
+      asset_ = asset >= 0 ? asset : name_number(index, node);
       const bool hidden = parent_hidden || (visibility && !visibility->boolean_or("visible", true));
+      const int under = asset_;
       if (!visit(index, node, to_world, hidden)) return;
       for (size_t c = node.count("children"); c-- > 0;) {
         const GltfValue child = node.require("children")[c];
         const auto i = static_cast<size_t>(child.integer(0, int64_t{1} << 31));
         if (i >= count)
           child.fail("refers to node " + std::to_string(i) + ", but there are " + std::to_string(count));
-        open.push_back({i, to_world, hidden});
+        open.push_back({i, to_world, hidden, under});
       }
     });
   }
   place_meshes();
+}
+
+int GltfNodes::name_number(size_t index, const GltfValue& node) {
+  const std::string name = node.text_or("name", "");
+  return scene_.scene.names.number(name.empty() ? "node " + std::to_string(index) : name);
 }
 
 bool GltfNodes::visit(size_t index, const GltfValue& node, const Transform& to_world, bool hidden) {
@@ -190,7 +198,7 @@ void GltfNodes::add_mesh(size_t index, const GltfValue& node, const Transform& t
   const std::vector<Transform> way = way_of(index);
   size_t flat = 0;
   for (const Transform& at : places) {
-    Place place{to_world * at, {}};
+    Place place{to_world * at, {}, {name_number(index, node), asset_}};
     for (const Transform& t : way) place.way.push_back(t * at);
     if ((is_in_range(place.to_world) && !is_singular(place.to_world)) || (bent && bent->skinned)) {
       group.places.push_back(std::move(place));

@@ -40,6 +40,7 @@ class GltfNodes {
   struct Place {
     Transform to_world;          // at the picture's time
     std::vector<Transform> way;  // as of way_of
+    PartNames names;
   };
   /// A mesh as weights and joints bend it.
   struct Shape {
@@ -75,6 +76,8 @@ class GltfNodes {
   Group& group_of(const GltfValue& node, size_t mesh, const GltfBending* bending);
   /// The area light `index` in a light group.
   int in_light_group(int index, const std::string& name);
+  /// A node's name, or its number.
+  int name_number(size_t index, const GltfValue& node);
   /// Meshes that are seen once become shapes, others objects with instances.
   void place_meshes();
   void place_once(const Group& group, std::vector<ShapeDescription> shapes);
@@ -93,6 +96,7 @@ class GltfNodes {
   std::map<std::pair<size_t, std::vector<double>>, Shape> bent_;  // by mesh and weights
   std::map<std::pair<int, std::string>, int> regrouped_;          // by area light and light group
   GltfBox reach_;
+  int asset_ = -1;  // of the node that is visited: the name of its root, in the scene's names
   std::deque<std::vector<GltfPrimitive>> own_;  // of meshes that are bent
 };
 

@@ -107,6 +107,7 @@ void GltfNodes::place_once(const Group& group, std::vector<ShapeDescription> sha
   if (!carried_all) set_way(place, shapes.front().location, &begin, &moves_to);
   for (size_t i = 0; i < shapes.size(); ++i) {
     ShapeDescription& s = shapes[i];
+    s.names = place.names;
     if ((*group.primitives)[i].skinned) {
       s.object_to_world = group.carried;
     } else {
@@ -144,6 +145,7 @@ void GltfNodes::place_meshes() {
     for (const Place& place : group.places) {
       InstanceDescription instance;
       instance.object = object;
+      instance.names = place.names;
       set_way(place, {scene_.name, 1, 1}, &instance.object_to_world, &instance.moves_to);
       scene.instances.push_back(instance);
     }

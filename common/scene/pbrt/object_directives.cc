@@ -99,6 +99,7 @@ void PbrtParser::on_object_instance(const Token& d) {
   if (!name) return;
   ParameterList params = take_parameters(d, "the instance of " + in_quotes(*name), "shape");
   const RayKinds hidden = hidden_from(params);
+  const PartNames names = part_names_from(params, &out_.scene);
   params.finish();
   if (open_object_) {
     misplaced(d.where.location(), "ObjectInstance inside of an object");
@@ -135,7 +136,7 @@ void PbrtParser::on_object_instance(const Token& d) {
     return;
   }
   out_.list(std::exchange(found->second.files.found, {}));
-  out_.scene.instances.push_back({found->second.index, moves_to(d, ctm, end), ctm, hidden});
+  out_.scene.instances.push_back({found->second.index, moves_to(d, ctm, end), ctm, hidden, names});
 }
 
 }  // namespace lightmill

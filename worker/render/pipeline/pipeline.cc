@@ -178,7 +178,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   hand_over_splats(w, builder);
   if (camera_layer)
     builder->add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
-  if (w.aovs) w.aovs->finish_packet(packet, *builder);
+  if (w.aovs) w.aovs->finish_packet(packet, context.scene, *builder);
   if (context.light_factor != 1) w.dropped.scale_light(double{context.light_factor});
   builder->add_dropped(w.dropped, w.dropped_light);
   builder->add_counters(w.counters, thread_cpu_seconds() - start);

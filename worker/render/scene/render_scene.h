@@ -20,6 +20,7 @@
 #include "worker/render/guiding/manifold_seeds.h"
 #include "worker/render/guiding/photon_guide.h"
 #include "worker/render/light/light_table.h"
+#include "worker/render/scene/cryptomatte/matte_table.h"
 #include "worker/render/scene/media/medium.h"
 #include "worker/render/scene/media/volume_table.h"
 #include "worker/render/scene/textures/texture.h"
@@ -34,6 +35,7 @@ struct MeshRange {
   int32_t fibres = 0;
   int32_t bend = 0;  // index into RenderScene::bends
   RayKinds hidden = 0;
+  PartNames names = {};
 };
 /// A mesh that bends while the shutter is open. Its vertices are there segments + 1 times, one block of them
 /// after the other, at even times; between two they go straight.
@@ -157,6 +159,12 @@ struct RenderScene {
   /// Per primitive: kFlip...; kUnseen: hidden from the camera; kMasked: it has an alpha mask.
   std::vector<int32_t> primitive_flags;
   static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8, kUnseen = 16, kMasked = 32;
+
+  // For Cryptomatte (common/film/cryptomatte/). Names of meshes are in MeshRange.
+  MatteTable mattes;
+  std::vector<PartNames> sphere_names;    // per sphere
+  std::vector<PartNames> instance_names;  // per instance; empty if none has any
+  MatteKey matte_key_of(int32_t prim, int32_t instance) const;
 
   // Light groups (common/job/light_groups.h). Numbers are places in the list.
   LightGroups light_groups;

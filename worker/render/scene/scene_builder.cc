@@ -73,6 +73,7 @@ class SceneBuilder {
     const Matrix& c2w = in_.camera.camera_to_world.m;
     out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
     measure();
+    name_mattes();
     size_t groups_left_out = 0;
     out_.light_groups = light_groups_of(in_, &groups_left_out);
     if (groups_left_out > 0) {
@@ -141,6 +142,15 @@ class SceneBuilder {
   }
 
  private:
+  void name_mattes() {
+    out_.mattes = MatteTable(in_);
+    if (out_.mattes.left_out() == 0) return;
+    out_.warnings.push_back({{},
+                             Severity::kWarning,
+                             "the scene has more names than Cryptomatte can tell apart: " +
+                                 std::to_string(out_.mattes.left_out()) + " of them are \"" + kOtherMatte +
+                                 "\" there"});
+  }
   /// The readers see to it that a scene has lights; what they shine by may still be black.
   void warn_if_dark() {
     const auto glows = [](const MediumDescription& m) { return !is_black(brightest(m)); };
@@ -265,6 +275,9 @@ class SceneBuilder {
       out_.hides |= i.hidden;
       if (i.hidden != 0) out_.instance_hidden.resize(out_.instance_object.size() - 1);
       if (i.hidden != 0 || !out_.instance_hidden.empty()) out_.instance_hidden.push_back(i.hidden);
+      const bool named = i.names != PartNames();
+      if (named) out_.instance_names.resize(out_.instance_object.size() - 1);
+      if (named || !out_.instance_names.empty()) out_.instance_names.push_back(i.names);
       // Exact for a similarity, and near enough for what it is used for.
       const double scale = std::cbrt(std::fabs(determinant3(t)));
       out_.surface_area +=
@@ -360,6 +373,18 @@ RenderScene build_scene(const SceneDescription& description, bool energy_compens
   const auto displaced = with_displaced_meshes(description, scene.textures, options.threads, &scene.warnings);
   SceneBuilder(displaced ? *displaced : description, parts, options, &scene).build();
   return scene;
+}
+
+MatteKey RenderScene::matte_key_of(int32_t prim, int32_t instance) const {
+  const PartNames of_instance =
+      instance < 0 || instance_names.empty() ? PartNames() : instance_names[static_cast<size_t>(instance)];
+  const int material = primitive_material[static_cast<size_t>(prim)];
+  if (prim >= triangle_count())
+    return mattes.key(sphere_names[static_cast<size_t>(prim - triangle_count())], of_instance, material);
+  const auto after = std::upper_bound(meshes.begin(), meshes.end(), prim, [](int32_t p, const MeshRange& m) {
+    return p < m.first_triangle;
+  });
+  return mattes.key(std::prev(after)->names, of_instance, material);
 }
 
 uint64_t bytes_of(const RenderScene& s) {

@@ -279,6 +279,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
       opacity != out.opacities.end() && !params.has("alpha"))
     shape.alpha = opacity->second;
   shape.hidden = hidden_from(params);
+  shape.names = part_names_from(params, &out.scene);
   const bool plain_curve = type == "curve" && shape.alpha.texture < 0 && shape.alpha.value == 1 &&
                            attributes.area_light == nullptr && shape.hidden == 0;
   size_t emitters = 1;

@@ -82,6 +82,7 @@ void AovRecorder::begin_packet() {
   }
   direct_splats_.clear();
   groups_.begin_packet();
+  mattes_.begin_packet();
 }
 
 void AovRecorder::begin_layer(const Wavefront& w) {
@@ -108,7 +109,12 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
     const int l = std::countr_zero(bits);
     const auto slot = static_cast<size_t>(lane(v.path, l));
     // A path that has scattered in a medium meets its first surface later: it has no depth and no position.
-    if (depth == 1 && !is_holdout(v, l)) hit_[slot] = 1;
+    if (depth == 1 && !is_holdout(v, l)) {
+      hit_[slot] = 1;
+      // The mattes' coverage is a part of alpha, so they are of what makes a sample count for it.
+      if (spec_.set & kAovsOfCryptomatte)
+        mattes_.hit(slot, context.scene.matte_key_of(paths.rays[slot].prim, paths.rays[slot].instance));
+    }
     if (!(mask_bits(opaque) >> l & 1) || surface_found_[slot]) continue;
     surface_found_[slot] = 1;
     found[l] = 1;
@@ -177,6 +183,7 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
       sums_[kDepthLayer][pixel].c[0] += times * depth_units(depth_[i]);
       sums_[kDepthLayer][pixel].c[1] += times;
     }
+    if (hit_[i] && (set & kAovsOfCryptomatte)) mattes_.add(pixel, i, static_cast<uint64_t>(times));
     float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
     float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
     if (context.response) context.response->mix(&direct_light[0], &direct_light[1], &direct_light[2]);
@@ -199,12 +206,14 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
   }
 }
 
-void AovRecorder::finish_packet(const Packet& packet, PartialBuilder& builder) {
+void AovRecorder::finish_packet(const Packet& packet, const RenderScene& scene, PartialBuilder& builder) {
   for (int layer = 0; layer < kAovLayers; ++layer) {
     const std::vector<ExactRgb>& sums = sums_[static_cast<size_t>(layer)];
     if (!has_layer(spec_, layer)) continue;
     builder.add_aov(layer, packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
   }
+  if (spec_.set & kAovsOfCryptomatte)
+    builder.add_mattes(packet.cell_x, packet.cell_y, mattes_.cell(), scene.mattes.names());
   if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);
   groups_.finish_packet(packet, builder);
 }

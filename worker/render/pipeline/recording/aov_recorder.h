@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/paths/vertex_io.h"
 #include "worker/render/pipeline/recording/group_recorder.h"
+#include "worker/render/pipeline/recording/matte_recorder.h"
 
 namespace lightmill {
 
@@ -41,7 +42,7 @@ class AovRecorder {
 
   /// Rounds the sample's values and adds them to the cell's sums.
   void finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& wavefront);
-  void finish_packet(const Packet& packet, PartialBuilder& builder);
+  void finish_packet(const Packet& packet, const RenderScene& scene, PartialBuilder& builder);
 
  private:
   AovSpec spec_;
@@ -54,6 +55,7 @@ class AovRecorder {
   std::array<std::vector<ExactRgb>, kAovLayers> sums_;  // of the packet's cell
   std::vector<Splat> direct_splats_;
   GroupRecorder groups_;
+  MatteRecorder mattes_;
 };
 
 }  // namespace lightmill

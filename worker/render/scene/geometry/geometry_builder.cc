@@ -235,6 +235,7 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
   if (has_alpha_mask(s.alpha)) flags |= RenderScene::kMasked;
   MeshRange range{out_.triangle_count(), 0, s.alpha};
   range.hidden = s.hidden;
+  range.names = s.names;
   out_.hides |= s.hidden;
   const size_t steps = bends_here(s) ? mesh.later.size() + 1 : 1;
   size_t collapsed = 0, too_small = 0;
@@ -378,6 +379,7 @@ void GeometryBuilder::add_sphere(const ShapeDescription& s, const std::array<flo
     return;
   }
   out_.surface_area += 4 * M_PI * radius * radius;
+  out_.sphere_names.push_back(s.names);
   // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
   out_.hides |= s.hidden;
   if (s.hidden != 0) out_.sphere_hidden.resize(static_cast<size_t>(out_.sphere_count()) - 1);

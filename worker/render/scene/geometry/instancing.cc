@@ -99,7 +99,8 @@ class Flattener {
  public:
   explicit Flattener(SplitScene* out) : out_(*out) {}
 
-  void add(const ShapeDescription& shape, const Transform& object_to_world, RayKinds hidden = 0) {
+  void add(const ShapeDescription& shape, const Transform& object_to_world, RayKinds hidden = 0,
+           const PartNames& names = {}) {
     primitives_ += primitives_of(shape);
     if (primitives_ > kMaxFlattened) {
       throw Error(
@@ -111,6 +112,7 @@ class Flattener {
     s.object_to_world = object_to_world * shape.object_to_world;
     s.moves_to = -1;
     s.hidden |= hidden;
+    s.names = named_by(names, s.names);
   }
 
  private:
@@ -203,15 +205,15 @@ class Mover {
     return out_.objects.size() - 1;
   }
   /// One more occurrence of an object that moves by `links`.
-  void place(size_t object, const std::vector<Way>& links, RayKinds hidden = 0) {
+  void place(size_t object, const std::vector<Way>& links, RayKinds hidden = 0, const PartNames& names = {}) {
     const InstancedObject& o = out_.objects[object];
     std::vector<Transform> way = way_of(o, links);
     if (std::all_of(way.begin(), way.end(), fit_for_rays)) {
-      moving_.push_back({object, way.data(), static_cast<int32_t>(out_.ways.size()), hidden});
+      moving_.push_back({object, way.data(), static_cast<int32_t>(out_.ways.size()), hidden, names});
       out_.ways.push_back(std::move(way));
       return;
     }
-    for (const ShapeDescription* s : o.shapes) flattener_.add(*s, way.front(), hidden);
+    for (const ShapeDescription* s : o.shapes) flattener_.add(*s, way.front(), hidden, names);
     out_.stopped.push_back(o.shapes.front());
   }
   /// Once everything that stands still is there.
@@ -283,22 +285,22 @@ SplitScene split_instances(const SceneDescription& scene) {
       mover.place(
           part,
           {mover.way(i.object_to_world, i.moves_to), mover.way(shape->object_to_world, shape->moves_to)},
-          i.hidden);
+          i.hidden, i.names);
     }
     const bool instanced = built[object] != kNone && (i.moves_to >= 0 || fit_for_rays(i.object_to_world));
     if (instanced && i.moves_to >= 0) {
-      mover.place(built[object], {mover.way(i.object_to_world, i.moves_to)}, i.hidden);
+      mover.place(built[object], {mover.way(i.object_to_world, i.moves_to)}, i.hidden, i.names);
     } else if (instanced) {
-      out.instances.push_back({built[object], &i.object_to_world, -1, i.hidden});
+      out.instances.push_back({built[object], &i.object_to_world, -1, i.hidden, i.names});
     }
     for (const ShapeDescription& s : scene.objects[object].shapes) {
       if (s.area_light >= 0 && !is_sphere_emitter(s) && (changes(s) || i.moves_to >= 0)) {
         const size_t alone = mover.build_alone(s, s.moves_to >= 0 ? Transform{} : s.object_to_world);
         std::vector<Way> links{mover.way(i.object_to_world, i.moves_to)};
         if (s.moves_to >= 0) links.push_back(mover.way(s.object_to_world, s.moves_to));
-        mover.place(alone, links, i.hidden);
+        mover.place(alone, links, i.hidden, i.names);
       } else if (!changes(s) && (!instanced || s.area_light >= 0)) {
-        flattener.add(s, i.object_to_world, i.hidden);
+        flattener.add(s, i.object_to_world, i.hidden, i.names);
       }
     }
     out.flattened_instances += out.flattened.size() > before;

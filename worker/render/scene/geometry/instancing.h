@@ -36,6 +36,7 @@ struct PlacedObject {
   const Transform* object_to_world = nullptr;
   int32_t way = -1;  // index into SplitScene::ways of one that moves; `object_to_world` is its first
   RayKinds hidden = 0;
+  PartNames names = {};
 };
 struct SplitScene {
   std::vector<InstancedObject> objects;
