@@ -11,6 +11,7 @@
 #include "client/connection/sequence_client.h"
 #include "common/base/digest.h"
 #include "common/base/error.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/status.h"
 
@@ -20,7 +21,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "images travel as little-endian floats");
 
 constexpr size_t kDigestsAtOnce = 10000;
-constexpr int kMaxAovChannels = 256;
+constexpr int kMaxAovChannels = 512;
+constexpr size_t kMaxAttributeBytes = size_t{256} << 20;  // twice what names may make of it
 
 /// The bytes of a blob to upload: a file, or memory.
 class BlobBytes {
@@ -178,7 +180,7 @@ FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side, bo
   request.set_for_display(for_display);
   const auto reader = farm_->stub()->FetchImage(&context, request);
   FetchedImage fetched;
-  size_t filled = 0, size = 0, aov_size = 0;
+  size_t filled = 0, size = 0, aov_size = 0, attribute_bytes = 0;
   v1::FetchImageResponse message;
   const auto malformed = [&] {
     return Error(ErrorKind::kFailed,
@@ -205,6 +207,14 @@ FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side, bo
       size = fetched.image.data.size() * sizeof(float);
       aov_size = fetched.aovs.image.data.size() * sizeof(float);
       fetched.metadata = {header.metadata().begin(), header.metadata().end()};
+      continue;
+    }
+    if (message.has_attribute()) {
+      const auto& attribute = message.attribute();
+      attribute_bytes += attribute.name().size() + attribute.text().size();
+      // A file's other attributes are ours to set.
+      if (attribute_bytes > kMaxAttributeBytes || !attribute.name().starts_with(kMatteAttributes)) refuse();
+      fetched.aovs.attributes[attribute.name()] += attribute.text();
       continue;
     }
     std::string_view chunk = message.chunk();

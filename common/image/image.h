@@ -64,9 +64,9 @@ void check_writable(const std::string& path);
 /// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear, an .exr that says other
 /// primaries to Rec.709. First 3 channels (a single channel is replicated). Throws Error(kFailed).
 Image read_image(const std::string& path);
-/// All channels of a file of floats with their names: as stored, or if it says other primaries, with its
-/// colours converted to Rec.709 by convert_colors. Throws Error(kFailed), also where the file has integers,
-/// and Error(kUsage) if there are more than `max_pixels`.
+/// All channels of a file of floats with their names and the attributes of Cryptomatte: as stored, or if it
+/// says other primaries, with its colours converted to Rec.709 by convert_colors. Throws Error(kFailed), also
+/// where the file has integers, and Error(kUsage) if there are more than `max_pixels`.
 ChannelImage read_channels(const std::string& path, int64_t max_pixels);
 /// What an image file says of its primaries: nothing if they are none that can be written; Rec.709 if it says
 /// nothing. Throws Error(kFailed) if it can't be read.

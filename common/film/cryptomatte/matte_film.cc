@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "common/film/cryptomatte/cryptomatte_hash.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 #include "common/film/packing.h"
 
 namespace lightmill {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/base/utf8.h"
-#include "common/film/cryptomatte/cryptomatte_hash.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 
 namespace lightmill {
 

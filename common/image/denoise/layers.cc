@@ -101,7 +101,8 @@ bool take_feature(const ChannelTable& table, std::span<const char* const> names,
 
 ChannelImage as_channels(const Image& image, const ChannelImage& layers) {
   const auto beside = static_cast<size_t>(layers.image.data.empty() ? 0 : layers.image.channels);
-  ChannelImage all{Image(image.width, image.height, 3 + static_cast<int>(beside)), {"R", "G", "B"}};
+  ChannelImage all{
+      Image(image.width, image.height, 3 + static_cast<int>(beside)), {"R", "G", "B"}, layers.attributes};
   all.channels.insert(all.channels.end(), layers.channels.begin(), layers.channels.end());
   float* to = all.image.data.data();
   for (size_t i = 0; i < image.data.size() / 3; ++i) {
@@ -155,6 +156,7 @@ ChannelImage denoised_layers(const ChannelImage& file, const DenoiseLayers& laye
     const bool replaced = name.layer.empty() && name.component.find_first_not_of("rgb") == std::string::npos;
     if (!replaced && name.layer != kRawLayer && name.layer != kErrorLayer) kept.push_back(i);
   }
+  out.attributes = file.attributes;
   out.channels = {"raw.R", "raw.G", "raw.B", "error.V"};
   for (const size_t i : kept) out.channels.push_back(file.channels[i]);
   out.image = Image(file.image.width, file.image.height, static_cast<int>(out.channels.size()));

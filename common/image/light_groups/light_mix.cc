@@ -198,6 +198,7 @@ MixedLayers mix_layers(const ChannelImage& file, const LightLayers& lights,
   MixedLayers mixed;
   const Recipe recipe = make_recipe(file, lights, factors, &mixed.left_out);
   ChannelImage& layers = mixed.layers;
+  layers.attributes = file.attributes;
   layers.channels = recipe.names;
   if (colour.difference) {
     layers.channels.insert(layers.channels.end(), {"difference.R", "difference.G", "difference.B"});

@@ -1,5 +1,6 @@
 #include "coordinator/service/streams/image_answers.h"
 
+#include <algorithm>
 #include <string_view>
 #include <utility>
 
@@ -20,17 +21,28 @@ std::string key_of(const v1::FetchImageRequest& request, const JobStatus& job) {
 }  // namespace
 
 MessageSource<v1::FetchImageResponse> chunks_of(std::shared_ptr<const ImageAnswer> answer) {
-  return [answer = std::move(answer), part = -1, at = size_t{0}](v1::FetchImageResponse* message) mutable {
-    if (part < 0) {
+  const auto first = answer->aovs.attributes.begin();
+  return [answer = std::move(answer), part = -2, attribute = first,
+          at = size_t{0}](v1::FetchImageResponse* message) mutable {
+    if (part == -2) {
       v1::FetchImageResponse::Header& header = *message->mutable_header();
       header.set_width(answer->image.width);
       header.set_height(answer->image.height);
       header.set_channels(answer->image.channels);
       for (const auto& [key, value] : answer->metadata) (*header.mutable_metadata())[key] = value;
       for (const std::string& name : answer->aovs.channels) header.add_aov_channels(name);
-      part = 0;
+      part = -1;
       return true;
     }
+    for (; part < 0 && attribute != answer->aovs.attributes.end(); ++attribute, at = 0) {
+      const auto& [name, text] = *attribute;
+      if (at >= text.size()) continue;
+      message->mutable_attribute()->set_name(name);
+      message->mutable_attribute()->set_text(text.substr(at, kSentChunkBytes));
+      at += kSentChunkBytes;
+      return true;
+    }
+    part = std::max(part, 0);
     for (; part < 2; ++part, at = 0) {
       const std::vector<float>& data = part == 0 ? answer->image.data : answer->aovs.image.data;
       const std::string_view bytes(reinterpret_cast<const char*>(data.data()), data.size() * sizeof(float));

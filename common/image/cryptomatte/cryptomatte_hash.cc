@@ -1,4 +1,4 @@
-#include "common/film/cryptomatte/cryptomatte_hash.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 
 #include <bit>
 #include <cstdio>
@@ -47,7 +47,7 @@ float cryptomatte_id(std::string_view name) { return std::bit_cast<float>(crypto
 std::string cryptomatte_hex(std::string_view name) { return hex(cryptomatte_bits(name)); }
 
 std::string cryptomatte_prefix(std::string_view layer) {
-  return "cryptomatte/" + hex(murmur_hash3(layer)).substr(0, kPrefixDigits) + "/";
+  return std::string(kMatteAttributes) + hex(murmur_hash3(layer)).substr(0, kPrefixDigits) + "/";
 }
 
 }  // namespace lightmill

@@ -15,6 +15,8 @@ uint32_t cryptomatte_bits(std::string_view name);
 float cryptomatte_id(std::string_view name);
 /// The bits as a manifest has them: 8 hexadecimal digits.
 std::string cryptomatte_hex(std::string_view name);
+/// What the names of all attributes of Cryptomatte begin with.
+inline constexpr std::string_view kMatteAttributes = "cryptomatte/";
 /// "cryptomatte/f834d0a/": what the names of a layer's attributes in a file begin with.
 std::string cryptomatte_prefix(std::string_view layer);
 
