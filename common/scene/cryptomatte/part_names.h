@@ -8,15 +8,16 @@
 
 namespace lightmill {
 
-/// Numbers in SceneDescription::names; -1: nothing was said.
+/// Numbers in SceneDescription::names; -1: nothing was said. `material`: where a file has another name for the
+/// shape's material than its author.
 struct PartNames {
-  int object = -1, asset = -1;
+  int object = -1, asset = -1, material = -1;
   bool operator==(const PartNames&) const = default;
 };
 /// What an instance says goes before what its object's shapes say.
 inline PartNames named_by(const PartNames& instance, const PartNames& shape) {
   return {instance.object >= 0 ? instance.object : shape.object,
-          instance.asset >= 0 ? instance.asset : shape.asset};
+          instance.asset >= 0 ? instance.asset : shape.asset, shape.material};
 }
 
 /// Texts, numbered from 0 in the order in which they come.

@@ -1,4 +1,5 @@
-// "object" and "asset": what Cryptomatte calls a shape or an instance. Ours; pbrt has no such thing.
+// "object", "asset" and "materialname": what Cryptomatte calls a shape or an instance, and the material of a
+// shape. Ours; pbrt has no such thing.
 #include "common/scene/pbrt/scene.h"
 
 namespace lightmill {
@@ -8,8 +9,11 @@ PartNames part_names_from(ParameterList& params, SceneDescription* scene) {
     const std::string name = params.text(parameter, "");
     return name.empty() ? -1 : scene->names.number(name);
   };
-  const int object = number("object");
-  return {object, number("asset")};
+  PartNames names;
+  names.object = number("object");
+  names.asset = number("asset");
+  names.material = number("materialname");
+  return names;
 }
 
 }  // namespace lightmill

@@ -37,6 +37,13 @@ OF_LIGHTMILL = {
     "use_pass_variance": (Pass("Variance", "variance", "RGB", "COLOR"),),
     "use_pass_sample_count": (Pass("Debug Sample Count", "samples", "X", "VALUE"),),
 }
+# Cryptomatte: by the view layer's property, the AOV and what Blender calls its passes before their number.
+MATTES = {
+    "use_pass_cryptomatte_object": ("cryptoobject", "CryptoObject"),
+    "use_pass_cryptomatte_material": ("cryptomaterial", "CryptoMaterial"),
+    "use_pass_cryptomatte_asset": ("cryptoasset", "CryptoAsset"),
+}
+MOST_MATTE_PASSES = 3  # of two ids each
 # Passes of Blender that Lightmill has nothing for.
 UNSUPPORTED = {
     "use_pass_mist": "Mist", "use_pass_uv": "UV", "use_pass_vector": "Vector", "use_pass_object_index": "Object Index",
@@ -47,8 +54,6 @@ UNSUPPORTED = {
     "use_pass_transmission_direct": "Transmission Direct", "use_pass_transmission_indirect": "Transmission Indirect",
     "use_pass_transmission_color": "Transmission Color", "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color",
-    "use_pass_cryptomatte_object": "Cryptomatte Object", "use_pass_cryptomatte_material": "Cryptomatte Material",
-    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
 }
 
 
@@ -57,8 +62,15 @@ def passes_of(view_layer):
     wanted = [p for name, passes in OF_VIEW_LAYER.items() if getattr(view_layer, name, False) for p in passes]
     settings = getattr(view_layer, "lightmill", None)
     wanted += [p for name, passes in OF_LIGHTMILL.items() if getattr(settings, name, False) for p in passes]
+    wanted += _mattes(view_layer)
     return wanted + [Pass(f"Combined_{name}", "lightgroups", "RGB", "COLOR", f"lightgroup_{name_of(name)}")
                      for name in _light_groups(view_layer)]
+
+
+def _mattes(view_layer):
+    count = min(MOST_MATTE_PASSES, (getattr(view_layer, "pass_cryptomatte_depth", 2 * MOST_MATTE_PASSES) + 1) // 2)
+    return [Pass(f"{name}{number:02}", aov, "rgba", "COLOR", f"{name}{number:02}")
+            for flag, (aov, name) in MATTES.items() if getattr(view_layer, flag, False) for number in range(count)]
 
 
 def _light_groups(view_layer):

@@ -12,6 +12,7 @@ import numpy
 from ..light_groups import group_of
 from . import hair, mesh_arrays
 from .lamps import hidden_parameter, lamp_lines
+from .mattes import names_of, with_material, with_names
 from .motion import instance_key, stands_still
 from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
@@ -39,7 +40,7 @@ class Geometry:
     is_own: bool = False  # some material depends on the place
     emits: bool = False  # then it is no instance: each of its triangles is a light
     is_displaced: bool = False  # likewise: textures may say another height in each place
-    places: list = field(default_factory=list)  # (way, kinds of rays that do not see it)
+    places: list = field(default_factory=list)  # (way, kinds of rays that do not see it, names: mattes.names_of)
 
 
 class Objects:
@@ -87,7 +88,7 @@ class Objects:
         if len(hidden) == len(RAY_KINDS):
             return
         if kind == "LIGHT":
-            self.lines += lamp_lines(thing, way, hidden, group_of(thing, instance.parent), self.export)
+            self.lines += with_names(lamp_lines(thing, way, hidden, group_of(thing, instance.parent), self.export), names_of(thing))
         elif kind == "VOLUME":
             self.lines += volume_lines(thing, way, hidden, self.export)
             self._overlaps.add(thing, way[0])
@@ -101,8 +102,9 @@ class Objects:
         shading = self.materials.find(material, self.export.nodes.Place.of(thing, instance))
         if holds_out(thing, self.export.view_layer):
             shading = HOLDOUT
+        shading = with_material(shading, material)
         cloud = Geometry(thing.name, shapes=[(shading, SPHERE)], emits=shading.emits)
-        cloud.places = [(place, hidden) for place in spheres(thing, way, self.export.report)]
+        cloud.places = [(place, hidden, names_of(thing)) for place in spheres(thing, way, self.export.report)]
         self._place(cloud)
 
     def hidden_from(self, instance):
@@ -129,7 +131,7 @@ class Objects:
             if self.clip.touches(thing, matrix):
                 geometry = self._shapes(instance, thing, way, hidden, matrix)
                 self._note_volume(geometry, thing, way)
-                self._place_once(geometry, way, hidden)
+                self._place_once(geometry, way, hidden, names_of(thing))
                 return
         group = group_of(thing, instance.parent)
         recent = (thing.original.as_pointer(), thing.data.as_pointer(), show, group)
@@ -148,12 +150,12 @@ class Objects:
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
-                self._place_once(self._shapes(instance, thing, way, hidden), way, hidden)
+                self._place_once(self._shapes(instance, thing, way, hidden), way, hidden, names_of(thing))
                 return
             self.export.report.warn("materials of objects", thing.name, "has a material that depends on the object, as "
                                     f"{MOST_OWN} others do; further ones look as the first of them")
         if geometry.shapes:
-            geometry.places.append((way, hidden))
+            geometry.places.append((way, hidden, names_of(thing)))
 
     def _note_volume(self, geometry, thing, way):
         volume = next((s.volume for s, _ in geometry.shapes if s.volume), None)
@@ -176,7 +178,8 @@ class Objects:
 
         def shading(slot, at):
             material = materials[min(slot, len(materials) - 1)]
-            return HOLDOUT if held_out else self.materials.find(material, at)
+            found = HOLDOUT if held_out else self.materials.find(material, at)
+            return with_material(found, material)
 
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
@@ -269,8 +272,8 @@ class Objects:
     def _place(self, geometry):
         places = geometry.places
         if len(places) <= 1 or geometry.emits or geometry.is_displaced:
-            for way, hidden in places:
-                self._place_once(geometry, way, hidden)
+            for place in places:
+                self._place_once(geometry, *place)
             return
         name = self.export.names.unique(geometry.name)
         lines = self.lines
@@ -278,14 +281,12 @@ class Objects:
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("ObjectEnd\n")
         directive = f"ObjectInstance {quoted(name)}"
-        for way, hidden in places:
-            lines.append(f"{moving(way)}{directive}{hidden_parameter(hidden)}\n")
+        for way, hidden, names in places:
+            lines.append(f"{moving(way)}{directive}{hidden_parameter(hidden)}{names}\n")
         lines.append("Identity\n")
 
-    def _place_once(self, geometry, way, hidden):
+    def _place_once(self, geometry, way, hidden, names):
         lines = self.lines
-        lines += ["AttributeBegin\n", moving(way)]
-        if hidden:
-            lines.append(f'Attribute "shape"{hidden_parameter(hidden)}\n')
+        lines += ["AttributeBegin\n", moving(way), f'Attribute "shape"{hidden_parameter(hidden)}{names}\n']
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("AttributeEnd\n")

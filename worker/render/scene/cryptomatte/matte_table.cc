@@ -13,7 +13,9 @@ MatteTable::MatteTable(const SceneDescription& scene) {
 
 MatteKey MatteTable::key(const PartNames& shape, const PartNames& instance, int material) const {
   const PartNames names = named_by(instance, shape);
-  const uint32_t of_material = material < 0 ? unnamed_ : materials_[static_cast<size_t>(material)];
+  const uint32_t of_material = names.material >= 0 ? part(names.material)
+                               : material >= 0     ? materials_[static_cast<size_t>(material)]
+                                                   : unnamed_;
   return matte_key(part(names.object), of_material, part(names.asset));
 }
 

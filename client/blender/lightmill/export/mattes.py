@@ -1,0 +1,28 @@
+"""What Cryptomatte calls things: Cycles' names of objects, materials and assets."""
+import dataclasses
+
+from .pbrt_text import quoted
+
+DEFAULT_MATERIAL = "default_surface"  # Cycles' name where there is none
+
+
+def names_of(thing):
+    """Parameters that name a shape or an instance: the object, and what it hangs from at the top."""
+    top = thing
+    while top.parent is not None:
+        top = top.parent
+    return f' "string object" {quoted(thing.name)} "string asset" {quoted(top.name)}'
+
+
+def with_material(shading, material):
+    """A Shading whose shapes say which material they have. The file's has a name of its own, as one of Blender's may be
+    several there, or two the same."""
+    name = material.name if material else DEFAULT_MATERIAL
+    line = f'Attribute "shape" "string materialname" {quoted(name)}\n'
+    twin = shading.twin and dataclasses.replace(shading.twin, text=shading.twin.text + line)
+    return dataclasses.replace(shading, text=shading.text + line, twin=twin)
+
+
+def with_names(lines, names):
+    """Directives of one thing, with `names` given to its shapes."""
+    return [line.rstrip("\n") + names + "\n" if line.startswith("Shape ") else line for line in lines]
