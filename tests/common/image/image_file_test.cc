@@ -8,6 +8,7 @@
 #include <random>
 
 #include "common/base/error.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 #include "common/image/image.h"
 #include "tests/common/image/temp_folder.h"
 
@@ -84,6 +85,29 @@ TEST(ImageFile, LayersStandBesideTheColours) {
     EXPECT_NEAR(all[6 * 7 + 4], layers.image.data[3 * 7], half ? 1 : 0);
     if (half) continue;
     EXPECT_EQ(read_image(folder / "a.exr").data, image.data);
+  }
+}
+
+TEST(ImageFile, MattesKeepTheirBitsAndWhatTheyAre) {
+  const TempFolder folder;
+  const Image image = random_image(3, 2);
+  ChannelImage layers{Image(3, 2, 2), {"CryptoObject00.r", "CryptoObject00.g"}};
+  for (size_t i = 0; i < layers.image.data.size(); ++i)
+    layers.image.data[i] = i % 2 ? 0.25f : cryptomatte_id("object " + std::to_string(i));
+  const std::string prefix = cryptomatte_prefix("CryptoObject"), manifest(100'000, 'x');
+  layers.attributes = {{prefix + "name", "CryptoObject"}, {prefix + "manifest", manifest}};
+  for (const bool half : {false, true}) {
+    write_image(image, folder / "a.exr", {half, {}, &layers, {}});
+    const ChannelImage file = read_channels(folder / "a.exr", 100);
+    EXPECT_EQ(file.attributes, layers.attributes);
+    for (size_t c = 0; c < 2; ++c) {
+      const auto at = std::find(file.channels.begin(), file.channels.end(), layers.channels[c]);
+      ASSERT_NE(at, file.channels.end());
+      for (size_t i = 0; i < 6; ++i) {
+        EXPECT_EQ(file.image.data[i * 5 + static_cast<size_t>(at - file.channels.begin())],
+                  layers.image.data[2 * i + c]);
+      }
+    }
   }
 }
 
