@@ -8,6 +8,7 @@ import bpy
 from . import frames_ahead, orders, submission, viewport
 from .connection import ERRORS
 from .frame import frame_of
+from .mattes import fields_of
 from .messages import Once, tell, with_owners
 from .passes import channels_of, combined, light_group_notes, passes_of, pixels_of, unsupported_of
 from .rendering import Rendering
@@ -103,6 +104,8 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
         for p in passes:
             self.add_pass(p.name, len(p.channels), p.channels, layer=view_layer.name)
         self._follow(rendering, depsgraph, frame, passes)
+        for field, text in fields_of(depsgraph, view_layer, passes).items():
+            self.get_result().stamp_data_add_field(field, text)
         for line in rendering.warnings:
             _once.warn(self, with_owners(line, export.owners))
         if rendering.error:

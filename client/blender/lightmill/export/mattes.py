@@ -6,12 +6,16 @@ from .pbrt_text import quoted
 DEFAULT_MATERIAL = "default_surface"  # Cycles' name where there is none
 
 
+def asset_of(thing):
+    """What an object hangs from at the top; itself if from nothing."""
+    while thing.parent is not None:
+        thing = thing.parent
+    return thing
+
+
 def names_of(thing):
-    """Parameters that name a shape or an instance: the object, and what it hangs from at the top."""
-    top = thing
-    while top.parent is not None:
-        top = top.parent
-    return f' "string object" {quoted(thing.name)} "string asset" {quoted(top.name)}'
+    """Parameters that name a shape or an instance."""
+    return f' "string object" {quoted(thing.name)} "string asset" {quoted(asset_of(thing).name)}'
 
 
 def with_material(shading, material):
