@@ -209,8 +209,9 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("--crop", scene->crop, "Crop window in [0,1]: x0,x1,y0,y1");
   // Spaces, so that manual pages can break the line.
   const std::string aovs = std::regex_replace(aov_names(kAllAovs), std::regex(","), ", ");
-  verb->add_option("--aov", render.aovs,
-                   "Also record, as layers of the .exr: a list of " + aovs + ", denoise, or all");
+  verb->add_option(
+      "--aov", render.aovs,
+      "Also record, as layers of the .exr: a list of " + aovs + ", denoise, cryptomatte, or all");
   verb->add_option(
       "--plan", scene->plan,
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");

@@ -57,7 +57,8 @@ struct Partial {
   std::vector<SplatSum> splats;
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
   AovSums aovs;              // its set is 0 unless the job asked for some
-  MatteSums mattes;          // of the tile's cells, in packet order; empty unless some of kAovsOfCryptomatte are asked for
+  MatteSums
+      mattes;  // of the tile's cells, in packet order; empty unless some of kAovsOfCryptomatte are asked for
   RenderCounters counters;
   Dropped dropped;         // nothing in partials of versions that counted the kinds together
   double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
@@ -88,8 +89,8 @@ class PartialBuilder {
   /// Likewise of a light group, one of group_layers; and splats of any group, in place of add_splats.
   void add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_group_splats(size_t group, std::span<const Splat> splats);
-  /// Likewise for Cryptomatte what a packet's samples hit first. `names`: of the numbers in keys, the same for
-  /// all packets.
+  /// Likewise for Cryptomatte what a packet's samples hit first. `names`: of the numbers in keys, the same
+  /// for all packets.
   void add_mattes(int cx, int cy, const MatteCell& counts,
                   const std::shared_ptr<const std::vector<std::string>>& names);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.

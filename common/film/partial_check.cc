@@ -47,7 +47,8 @@ void check_counts(const Partial& p) {
       const int in_cell = y % kCellSize * kCellSize + x % kCellSize;
       const uint64_t most = weights.empty() ? samples : static_cast<uint64_t>(weights[pixel].c[0]);
       uint64_t left = most;
-      for (const MatteCount& entry : p.mattes.cells[static_cast<size_t>(cell)].of(static_cast<size_t>(in_cell))) {
+      for (const MatteCount& entry :
+           p.mattes.cells[static_cast<size_t>(cell)].of(static_cast<size_t>(in_cell))) {
         if (entry.count > left) refuse_partial("more hits for Cryptomatte than samples");
         left -= entry.count;
       }

@@ -94,10 +94,9 @@ std::string content_head(const Partial& p, const Layout& layout) {
         n.zero_connections_skipped, n.rouletted_connections, n.nonfinite, layout.splat_count}) {
     w.put<uint64_t>(v);
   }
-  w.put<uint8_t>(static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) |
-                                      (layout.has_aovs ? kHasAovs : 0) |
-                                      (layout.has_dropped ? kHasDropped : 0) |
-                                      (layout.has_mattes ? kHasMattes : 0)));
+  w.put<uint8_t>(
+      static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) | (layout.has_aovs ? kHasAovs : 0) |
+                           (layout.has_dropped ? kHasDropped : 0) | (layout.has_mattes ? kHasMattes : 0)));
   w.put<uint8_t>(static_cast<uint8_t>(layout.splat_form));
   for (const ByteRange& range : {layout.camera_range, layout.splat_range}) {
     w.put<uint8_t>(range.low);

@@ -3,7 +3,7 @@
 
 #include "common/base/error.h"
 #include "common/image/color_channels.h"
-#include "common/image/cryptomatte/cryptomatte_hash.h"
+#include "common/image/cryptomatte/matte_attributes.h"
 #include "common/image/image.h"
 #include "common/image/image_reader.h"
 #include "common/image/library_message.h"
@@ -44,23 +44,6 @@ std::optional<RgbMatrix> to_rec709_of(const ImageHeader& file, const std::string
         path, "its chromaticities are those of no colours; correct this attribute of the file, or remove it");
   }
   return matrix;
-}
-
-/// What the file says of its mattes by Cryptomatte. Without it programs don't know them as such.
-std::map<std::string, std::string> matte_attributes(const ImageReader& in,
-                                                    const std::vector<std::string>& channels) {
-  constexpr std::string_view kFirstLayer = "00.";
-  std::map<std::string, std::string> attributes;
-  for (const std::string& channel : channels) {
-    const size_t at = channel.rfind(kFirstLayer);
-    if (at == std::string::npos || at == 0) continue;
-    const std::string prefix = cryptomatte_prefix(channel.substr(0, at));
-    for (const char* key : {"name", "hash", "conversion", "manifest"}) {
-      if (std::string text = in.attribute(prefix + key); !text.empty())
-        attributes[prefix + key] = std::move(text);
-    }
-  }
-  return attributes;
 }
 
 }  // namespace

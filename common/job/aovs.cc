@@ -13,11 +13,11 @@ struct Entry {
   const char* name;
   const char* channels;  // a letter each
 };
-constexpr Entry kEntries[] = {{"albedo", "RGB"},     {"normal", "XYZ"},     {"depth", "Z"},
-                              {"position", "XYZ"},   {"alpha", "A"},        {"direct", "RGB"},
-                              {"indirect", "RGB"},   {"variance", "RGB"},   {"samples", "V"},
-                              {"difference", "RGB"}, {"lightgroups", "RGB"},
-                              {"cryptoobject", "rgba"}, {"cryptomaterial", "rgba"}, {"cryptoasset", "rgba"}};
+constexpr Entry kEntries[] = {{"albedo", "RGB"},          {"normal", "XYZ"},      {"depth", "Z"},
+                              {"position", "XYZ"},        {"alpha", "A"},         {"direct", "RGB"},
+                              {"indirect", "RGB"},        {"variance", "RGB"},    {"samples", "V"},
+                              {"difference", "RGB"},      {"lightgroups", "RGB"}, {"cryptoobject", "rgba"},
+                              {"cryptomaterial", "rgba"}, {"cryptoasset", "rgba"}};
 static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
 
 void append(const std::string& layer, const char* letters, std::vector<std::string>* channels) {

@@ -45,8 +45,8 @@ inline constexpr int kMatteRanks = 6;
 
 /// "albedo,normal", those in the set, in the order of their bits; empty for none.
 std::string aov_names(Aovs set);
-/// Inverse; "all" is all of them, "denoise" kAovsToDenoise and "cryptomatte" kAovsOfCryptomatte. Throws Error(kUsage) on a name that does not
-/// exist, listing those that do.
+/// Inverse; "all" is all of them, "denoise" kAovsToDenoise and "cryptomatte" kAovsOfCryptomatte. Throws
+/// Error(kUsage) on a name that does not exist, listing those that do.
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
 /// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", "lightgroup_key.R",
@@ -54,7 +54,8 @@ Aovs aovs_named(const std::string& names);
 std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups);
 /// "CryptoObject": what the names of a matte's layers begin with, and programs call it.
 std::string matte_layer(Aovs matte);
-/// Whether a channel is a matte's. Its ids are bits: half floats can't hold them, and nothing may average them.
+/// Whether a channel is a matte's. Its ids are bits: half floats can't hold them, and nothing may average
+/// them.
 bool is_matte_channel(const std::string& channel);
 
 }  // namespace lightmill

@@ -79,7 +79,7 @@ struct InstanceDescription {
   int object = -1;    // index into SceneDescription::objects
   int moves_to = -1;  // as a shape's
   Transform object_to_world;
-  RayKinds hidden = 0;    // that do not meet it, beside those of the object's shapes
+  RayKinds hidden = 0;   // that do not meet it, beside those of the object's shapes
   PartNames names = {};  // go before those of the object's shapes
 };
 

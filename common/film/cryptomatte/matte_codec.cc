@@ -2,8 +2,8 @@
 //
 //   names: count; for each the number of its bytes less one, and text
 //   keys that are counted: count; three varints each, numbers of names
-//   for each pixel of each cell: the number of its counts as a varint; for each of them two varints, the gap to
-//   its key in the list of keys, and the count
+//   for each pixel of each cell: the number of its counts as a varint; for each of them two varints, the gap
+//   to its key in the list of keys, and the count
 #include <algorithm>
 #include <unordered_set>
 #include <utility>

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "common/image/cryptomatte/cryptomatte_hash.h"
 #include "common/film/packing.h"
+#include "common/image/cryptomatte/cryptomatte_hash.h"
 
 namespace lightmill {
 namespace {
@@ -74,7 +74,8 @@ void MatteFilm::ranks(size_t cell, size_t pixel, Matte matte, int64_t weights, f
     }
   }
   if (!found.empty()) found.resize(last + 1);
-  std::stable_sort(found.begin(), found.end(), [](const Rank& a, const Rank& b) { return a.count > b.count; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Rank& a, const Rank& b) { return a.count > b.count; });
   const size_t most = std::min<size_t>(found.size(), kMatteRanks);
   for (size_t i = 0; i < most; ++i) {
     out[2 * i] = std::bit_cast<float>(found[i].id);

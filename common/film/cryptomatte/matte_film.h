@@ -18,8 +18,8 @@ class MatteFilm {
   /// The id and coverage of each of kMatteRanks ranks of pixel `pixel` of cell number `cell`, whose samples'
   /// weights add up to `weights`. Coverages fall; of equal ones the smaller bits of the id come first.
   void ranks(size_t cell, size_t pixel, Matte matte, int64_t weights, float* out) const;
-  /// What a file says of the mattes in the set: their names, how ids are made, and the id of each name that is
-  /// seen.
+  /// What a file says of the mattes in the set: their names, how ids are made, and the id of each name that
+  /// is seen.
   std::map<std::string, std::string> attributes(Aovs set) const;
 
   /// Part of the film's snapshot: the same bytes for the same counts, in whatever order they came.

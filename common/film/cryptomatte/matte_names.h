@@ -19,8 +19,8 @@ inline constexpr size_t kMaxMatteNames = size_t{1} << kMatteNameBits, kMaxMatteN
 /// Of what has no name, and what those are called that are too many.
 inline constexpr const char *kUnnamedMatte = "unnamed", *kOtherMatte = "other";
 
-/// `text` as a name: one line of valid UTF-8. One that is too long is cut, and ends in its hash, so that names
-/// that begin alike stay apart.
+/// `text` as a name: one line of valid UTF-8. One that is too long is cut, and ends in its hash, so that
+/// names that begin alike stay apart.
 std::string matte_name(std::string_view text);
 /// Whether matte_name leaves it as it is. Of untrusted bytes.
 bool valid_matte_name(std::string_view name);

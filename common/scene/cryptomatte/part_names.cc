@@ -8,13 +8,20 @@ namespace lightmill {
 namespace {
 
 /// In the order of MaterialKind: pbrt's names where it has some.
-constexpr const char* kKindNames[] = {"diffuse",       "conductor",
-                                      "dielectric",    "coateddiffuse",
-                                      "thindielectric", "diffusetransmission",
-                                      "coatedconductor", "mix",
-                                      "metallic-roughness", "transmission",
-                                      "hair",          "measured",
-                                      "subsurface",    "principled",
+constexpr const char* kKindNames[] = {"diffuse",
+                                      "conductor",
+                                      "dielectric",
+                                      "coateddiffuse",
+                                      "thindielectric",
+                                      "diffusetransmission",
+                                      "coatedconductor",
+                                      "mix",
+                                      "metallic-roughness",
+                                      "transmission",
+                                      "hair",
+                                      "measured",
+                                      "subsurface",
+                                      "principled",
                                       "closure"};
 static_assert(std::size(kKindNames) == std::variant_size_v<MaterialKind>);
 

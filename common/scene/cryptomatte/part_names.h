@@ -8,8 +8,8 @@
 
 namespace lightmill {
 
-/// Numbers in SceneDescription::names; -1: nothing was said. `material`: where a file has another name for the
-/// shape's material than its author.
+/// Numbers in SceneDescription::names; -1: nothing was said. `material`: where a file has another name for
+/// the shape's material than its author.
 struct PartNames {
   int object = -1, asset = -1, material = -1;
   bool operator==(const PartNames&) const = default;

@@ -36,7 +36,8 @@ double film_bytes(const RenderSettings& settings) {
   const double batches =
       std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));
   const double tracked = std::min<double>(pixels, static_cast<double>(BatchFilm::kMaxTrackedPixels));
-  return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + mattes + kBytesPerReferencePixel) +
+  return kFixedBytes +
+         pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + mattes + kBytesPerReferencePixel) +
          (tracked + (pixels > tracked ? pixels / kPixelsPerBox : 0)) * batches * kBytesPerTrackedPixel;
 }
 

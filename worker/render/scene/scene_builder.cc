@@ -381,9 +381,8 @@ MatteKey RenderScene::matte_key_of(int32_t prim, int32_t instance) const {
   const int material = primitive_material[static_cast<size_t>(prim)];
   if (prim >= triangle_count())
     return mattes.key(sphere_names[static_cast<size_t>(prim - triangle_count())], of_instance, material);
-  const auto after = std::upper_bound(meshes.begin(), meshes.end(), prim, [](int32_t p, const MeshRange& m) {
-    return p < m.first_triangle;
-  });
+  const auto after = std::upper_bound(meshes.begin(), meshes.end(), prim,
+                                      [](int32_t p, const MeshRange& m) { return p < m.first_triangle; });
   return mattes.key(std::prev(after)->names, of_instance, material);
 }
 

@@ -119,8 +119,7 @@ bool join_curves(PbrtScene& out, const ShapeDescription& curve) {
                      open.tube == mesh.tube && curve.area_light < 0 && last.material == curve.material &&
                      last.media == curve.media && last.reverse_orientation == curve.reverse_orientation &&
                      last.object_to_world.m == curve.object_to_world.m && last.moves_to == curve.moves_to &&
-                     last.names == curve.names &&
-                     out.open_curves->triangles.size() < kMostTriangles;
+                     last.names == curve.names && out.open_curves->triangles.size() < kMostTriangles;
   if (joins) append_mesh(out.open_curves.get(), *std::get<MeshShape>(curve.kind).mesh);
   return joins;
 }

@@ -95,8 +95,9 @@ TEST(MatteFilm, TheOrderOfPartialsLeavesNoTrace) {
       restored.ranks(4, pixel, kMaterialMatte, 40, others.data());
       ASSERT_EQ(ranks, others);
     }
-    std::next_permutation(partials.begin(), partials.end(),
-                          [](const auto& a, const auto& b) { return a.second.cells.size() < b.second.cells.size(); });
+    std::next_permutation(partials.begin(), partials.end(), [](const auto& a, const auto& b) {
+      return a.second.cells.size() < b.second.cells.size();
+    });
   }
 }
 
@@ -205,9 +206,10 @@ TEST(MatteCodec, OtherFormsAreRefused) {
     change(bad);
     EXPECT_THROW(check_mattes(bad, grid, kCells), Error);
   };
-  const size_t used = static_cast<size_t>(
-      std::find_if(good.cells.begin(), good.cells.end(), [](const MatteCell& c) { return c.counts.size() > 1; }) -
-      good.cells.begin());
+  const size_t used =
+      static_cast<size_t>(std::find_if(good.cells.begin(), good.cells.end(),
+                                       [](const MatteCell& c) { return c.counts.size() > 1; }) -
+                          good.cells.begin());
   refuses([](MatteSums& s) { s.cells.pop_back(); });
   refuses([](MatteSums& s) { std::swap(s.names[0], s.names[1]); });
   refuses([](MatteSums& s) { s.names.push_back("zzz of nothing"); });
@@ -218,7 +220,10 @@ TEST(MatteCodec, OtherFormsAreRefused) {
   refuses([&](MatteSums& s) { s.cells[used].counts[0].count = 0; });
   refuses([&](MatteSums& s) { s.cells[used].ends.pop_back(); });
   refuses([&](MatteSums& s) { s.cells[used].ends[3] += 5000; });
-  refuses([&](MatteSums& s) { s.cells[0].ends.assign(kCellPixels, 1); s.cells[0].counts.resize(1); });
+  refuses([&](MatteSums& s) {
+    s.cells[0].ends.assign(kCellPixels, 1);
+    s.cells[0].counts.resize(1);
+  });
 }
 
 /// A partial that counts no more than its samples.

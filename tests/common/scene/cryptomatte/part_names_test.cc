@@ -10,8 +10,12 @@ namespace {
 std::string text_of(const SceneDescription& scene, int name) {
   return name < 0 ? "" : scene.names.names().at(static_cast<size_t>(name));
 }
-std::string object_of(const SceneDescription& scene, const PartNames& names) { return text_of(scene, names.object); }
-std::string asset_of(const SceneDescription& scene, const PartNames& names) { return text_of(scene, names.asset); }
+std::string object_of(const SceneDescription& scene, const PartNames& names) {
+  return text_of(scene, names.object);
+}
+std::string asset_of(const SceneDescription& scene, const PartNames& names) {
+  return text_of(scene, names.asset);
+}
 
 class PartNamesOfPbrt : public SceneTest {};
 

@@ -19,7 +19,7 @@ class MatteRecorder {
   MatteCell cell();
 
  private:
-  std::array<MatteKey, kWavefront> keys_{};                   // by slot
+  std::array<MatteKey, kWavefront> keys_{};                  // by slot
   std::array<std::vector<MatteCount>, kCellPixels> counts_;  // by pixel: few each, in the order of samples
 };
 

@@ -5,7 +5,8 @@ namespace lightmill {
 MatteTable::MatteTable(const SceneDescription& scene) {
   MatteNames names;
   unnamed_ = names.number("");
-  for (const MaterialDescription& m : scene.materials) materials_.push_back(names.number(name_of_material(m)));
+  for (const MaterialDescription& m : scene.materials)
+    materials_.push_back(names.number(name_of_material(m)));
   for (const std::string& name : scene.names.names()) parts_.push_back(names.number(name));
   names_ = std::make_shared<const std::vector<std::string>>(names.names());
   left_out_ = names.left_out();

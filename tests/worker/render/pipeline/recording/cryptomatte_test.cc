@@ -22,7 +22,8 @@ void name_last(TestScene* s, const std::string& object, const std::string& asset
   s->scene.shapes.back().names = {s->scene.names.number(object), s->scene.names.number(asset)};
 }
 
-RenderSettings settings_of(const SceneDescription& scene, int64_t spp, Integrator integrator = Integrator::kPt) {
+RenderSettings settings_of(const SceneDescription& scene, int64_t spp,
+                           Integrator integrator = Integrator::kPt) {
   RenderSettings settings = settings_for(scene, integrator, spp, 3);
   settings.aovs = kAsked;
   return settings;
@@ -40,7 +41,9 @@ class Mattes {
           film.fold(render_partial(scene, settings));
           return film;
         }()) {}
-  float value(const std::string& channel, int x, int y) const { return aovs_.image.pixel(x, y)[at_.at(channel)]; }
+  float value(const std::string& channel, int x, int y) const {
+    return aovs_.image.pixel(x, y)[at_.at(channel)];
+  }
   /// What a name covers of a pixel.
   float coverage(const std::string& layer, const std::string& name, int x, int y) const {
     float sum = 0;
@@ -251,7 +254,8 @@ TEST(Cryptomatte, OfAllocatedSamplesSaysTheSame) {
   for (int y = 0; y < 70; ++y) {
     for (int x = 0; x < 70; ++x) {
       for (const char* name : {"left", "right"})
-        ASSERT_NEAR(adapted.coverage("CryptoObject", name, x, y), uniform.coverage("CryptoObject", name, x, y), 0.15);
+        ASSERT_NEAR(adapted.coverage("CryptoObject", name, x, y),
+                    uniform.coverage("CryptoObject", name, x, y), 0.15);
     }
   }
 }
