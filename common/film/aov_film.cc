@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/base/error.h"
 #include "common/film/halves/layer_sums.h"
@@ -194,6 +195,9 @@ void AovFilm::check(const Partial& partial, bool first) const {
                                         aov_names(partial.aovs.spec.set) + "\", not \"" +
                                         aov_names(sums_.spec.set) + "\"");
   }
+  const int64_t cells = partial.aovs.spec.set & kAovsOfCryptomatte ? partial.tile.cells.count() : 0;
+  if (std::ssize(partial.mattes.cells) != cells)
+    throw Error(ErrorKind::kFailed, "partial has counts for Cryptomatte of another size than its tile");
   mattes_.check(partial.mattes);
 }
 

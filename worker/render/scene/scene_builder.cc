@@ -407,9 +407,9 @@ uint64_t bytes_of(const RenderScene& s) {
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
-               s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.triangle_bend,
-               s.primitive_material, s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks,
-               s.volumes.majorants, s.volumes.drawn, s.volumes.poses) +
+               s.sphere_axes, s.sphere_names, s.instance_names, s.instance_records, s.instance_object,
+               s.poses, s.ways, s.triangle_bend, s.primitive_material, s.primitive_light, s.primitive_flags,
+               s.bsdf_tables, s.volumes.bricks, s.volumes.majorants, s.volumes.drawn, s.volumes.poses) +
          s.volumes.values.memory_bytes();
 }
 

@@ -207,6 +207,22 @@ TEST(Cryptomatte, SpheresAndHoldouts) {
   expect_sums_of_alpha(m, settings.grid);
 }
 
+// Whatever it meets afterwards.
+TEST(Cryptomatte, WhatScattersInAMediumCountsForNothing) {
+  constexpr int kWidth = 16;
+  TestScene s = halves(kWidth);
+  s.scene.media.push_back({"", {0, 0, 0}, {0.5f, 0.5f, 0.5f}, {}, 0, {}});
+  s.scene.camera.medium = 0;
+  const RenderSettings settings = settings_of(s.scene, 256);
+  const Mattes m(s.scene, settings);
+  const double clear = std::exp(-0.5 * 3 * 1.01);  // the pixels beside the axis are a little further away
+  for (const int x : {kWidth / 2 - 1, kWidth / 2}) {
+    EXPECT_NEAR(m.value("A", x, kWidth / 2), clear, 0.08);
+    EXPECT_NEAR(m.sum("CryptoObject", x, kWidth / 2), clear, 0.08);
+  }
+  expect_sums_of_alpha(m, settings.grid);
+}
+
 TEST(Cryptomatte, NobodyCanTellWhoRenderedWhat) {
   const SceneDescription scene = halves(70).scene;
   const RenderSettings settings = settings_of(scene, 20);
