@@ -1,6 +1,6 @@
 """What the Blender add-on writes of scenes, in background mode.
 
-    export_test.py geometry|motion|views|lamps|light_groups
+    export_test.py geometry|motion|views|lamps|light_groups|cryptomatte
     export_test.py loads --bin build/release/bin
 """
 import argparse
@@ -19,7 +19,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("part", choices=["geometry", "motion", "views", "lamps", "light_groups", "loads"])
+    parser.add_argument("part", choices=["geometry", "motion", "views", "lamps", "light_groups", "cryptomatte", "loads"])
     parser.add_argument("--bin", help="folder of the programs")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -23,8 +23,8 @@ def with_material(shading, material):
     several there, or two the same."""
     name = material.name if material else DEFAULT_MATERIAL
     line = f'Attribute "shape" "string materialname" {quoted(name)}\n'
-    twin = shading.twin and dataclasses.replace(shading.twin, text=shading.twin.text + line)
-    return dataclasses.replace(shading, text=shading.text + line, twin=twin)
+    twin = shading.twin and dataclasses.replace(shading.twin, text=line + shading.twin.text)
+    return dataclasses.replace(shading, text=line + shading.text, twin=twin)
 
 
 def with_names(lines, names):
