@@ -54,6 +54,28 @@ std::string received(std::shared_ptr<ImageAnswer> answer, const v1::GetPictureRe
   return bytes;
 }
 
+TEST(PictureFiles, WhatMattesAreGoesBeforeThePixels) {
+  const auto answer = picture(5, 3, {"CryptoObject00.r"});
+  const std::string manifest(3 * kSentChunkBytes + 7, 'm');
+  answer->aovs.attributes = {{"cryptomatte/3ae39a5/manifest", manifest},
+                             {"cryptomatte/3ae39a5/name", "CryptoObject"}};
+  const auto source = chunks_of(answer);
+  std::map<std::string, std::string> attributes;
+  size_t headers = 0, pixel_bytes = 0;
+  v1::FetchImageResponse message;
+  while (source(&message)) {
+    headers += message.has_header();
+    pixel_bytes += message.chunk().size();
+    if (!message.has_attribute()) continue;
+    EXPECT_EQ(pixel_bytes, 0u);
+    EXPECT_LE(message.attribute().text().size(), kSentChunkBytes);
+    attributes[message.attribute().name()] += message.attribute().text();
+  }
+  EXPECT_EQ(headers, 1u);
+  EXPECT_EQ(attributes, answer->aovs.attributes);
+  EXPECT_EQ(pixel_bytes, 5u * 3 * 4 * sizeof(float));
+}
+
 TEST(PictureFiles, RawIsNamesAndInterleavedFloats) {
   const auto answer = picture(150, 90, {"albedo.R", "depth.Z"});
   v1::FileChunk first;
