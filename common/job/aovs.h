@@ -20,6 +20,8 @@
 //   lightgroups  the light of each light group (common/job/light_groups.h), RGB; they add up to the colour.
 //   With
 //             `difference`, that of each, too
+//   cryptoobject, cryptomaterial, cryptoasset  Cryptomatte: ids and coverages of the objects, materials and
+//             assets that a pixel shows, in falling order (common/film/cryptomatte/); 0 where there are fewer
 #include <string>
 #include <vector>
 
