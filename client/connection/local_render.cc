@@ -1,11 +1,9 @@
 #include "client/connection/local_render.h"
 
 #include <exception>
-#include <optional>
 #include <thread>
 
 #include "client/connection/in_process_link.h"
-#include "client/options.h"
 #include "client/terminal/live_view.h"
 #include "common/base/clock.h"
 #include "common/base/error.h"
@@ -85,11 +83,18 @@ class RunnerThread {
   std::thread thread_;
 };
 
+/// A view's last picture comes while there still is a farm, whatever happens.
+struct ViewEnd {
+  LiveView* view;
+  ~ViewEnd() {
+    if (view) view->finish();
+  }
+};
+
 }  // namespace
 
 LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
-                         int threads, const std::function<bool(const JobStatus&)>& observe,
-                         const std::string& display) {
+                         int threads, const std::function<bool(const JobStatus&)>& observe, LiveView* view) {
   const SteadyClock clock;
   FarmOptions options;
   options.build = build_id();
@@ -100,11 +105,8 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   const JobId job = farm.submit(request);
   LocalResult result;
   result.status = farm.job(job);
-  std::optional<LiveView> view;
-  if (!display.empty()) {
-    view.emplace(
-        display, request.name, [&] { return farm.display_image(job); }, print_warning);
-  }
+  if (view) view->show([&] { return farm.display_image(job); });
+  const ViewEnd view_end{view};
   {
     RunnerThread runner(farm, std::move(renderer), threads);
     while (!is_final(result.status.state) && !runner.ended()) {

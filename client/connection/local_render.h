@@ -11,6 +11,8 @@
 
 namespace lightmill::client {
 
+class LiveView;
+
 struct LocalResult {
   JobStatus status;
   Image image;
@@ -23,9 +25,9 @@ struct LocalResult {
 /// Renders `request` with `renderer`, of its scene and settings, on `threads` threads; a pilot comes first if
 /// its settings need one. `observe` is called a few times a second with the newest status; once it returns
 /// false, rendering stops after the tiles in hand and the result is what is there. Throws Error(kFailed) if
-/// the job fails. `display`: where a viewer shows the picture as it grows (live_view.h); empty for none.
+/// the job fails. `view`, unless null, shows the picture as it grows, and ends with it.
 LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
                          int threads, const std::function<bool(const JobStatus&)>& observe,
-                         const std::string& display = "");
+                         LiveView* view = nullptr);
 
 }  // namespace lightmill::client

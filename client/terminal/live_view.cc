@@ -99,7 +99,7 @@ void check_display(const std::string& address) { parse(address); }
 
 LiveView::LiveView(const std::string& address, std::string name, std::function<Image()> pull,
                    std::function<void(const std::string&)> warn)
-    : address_(address), name_(std::move(name)), pull_(std::move(pull)), warn_(std::move(warn)) {
+    : address_(address), name_(std::move(name)), warn_(std::move(warn)), pull_(std::move(pull)) {
   check_display(address);
   thread_ = std::thread([this] { run(); });
 }
@@ -110,6 +110,14 @@ void LiveView::changed() {
   const std::lock_guard lock(mutex_);
   changed_ = true;
   woken_.notify_all();
+}
+
+void LiveView::show(std::function<Image()> pull) {
+  {
+    const std::lock_guard lock(pull_mutex_);
+    pull_ = std::move(pull);
+  }
+  changed();
 }
 
 void LiveView::finish() {
@@ -127,7 +135,12 @@ void LiveView::disconnect() {
   created_ = false;
 }
 
-void LiveView::show(const Image& image) {
+Image LiveView::pulled() {
+  const std::lock_guard lock(pull_mutex_);
+  return pull_ ? pull_() : Image();
+}
+
+void LiveView::send(const Image& image) {
   std::string why;
   if (socket_ < 0) socket_ = connect_to(parse(address_), &why);
   if (socket_ >= 0 && !created_) {
@@ -156,7 +169,8 @@ void LiveView::run() {
       last = ending_;
     }
     try {
-      show(pull_());
+      const Image image = pulled();
+      if (!image.data.empty()) send(image);
     } catch (const std::exception& e) {
       if (!warned_) warn_("warning: no picture for the viewer " + address_ + ": " + e.what());
       warned_ = true;

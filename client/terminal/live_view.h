@@ -23,24 +23,29 @@ void check_display(const std::string& address);
 
 class LiveView {
  public:
-  /// `pull` gives the current picture; it is called by the view's thread, at most about once a second.
+  /// `pull` gives the current picture; it is called by the view's thread, at most about once a second. Empty:
+  /// there is none yet.
   LiveView(const std::string& address, std::string name, std::function<Image()> pull,
            std::function<void(const std::string&)> warn);
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
   void changed();
+  /// From now on `pull` gives the picture, and the one before is not called any more.
+  void show(std::function<Image()> pull);
   /// Shows the last picture and ends. Never throws.
   void finish();
 
  private:
   void run();
-  void show(const Image& image);
+  Image pulled();
+  void send(const Image& image);
   void disconnect();
 
   const std::string address_, name_;
-  const std::function<Image()> pull_;
   const std::function<void(const std::string&)> warn_;
+  std::mutex pull_mutex_;  // while a picture is pulled
+  std::function<Image()> pull_;
   std::mutex mutex_;
   std::condition_variable woken_;
   bool changed_ = false, ending_ = false;

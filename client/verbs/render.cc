@@ -21,10 +21,12 @@
 #include "client/write_picture.h"
 #include "common/base/error.h"
 #include "common/error/report/report.h"
+#include "common/image/enlarge.h"
 #include "common/image/image_library.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/host.h"
 #include "worker/agent/memory_size.h"
+#include "worker/render/plan/first_look.h"
 
 namespace lightmill::client {
 namespace {
@@ -54,6 +56,18 @@ struct Rendered {
   std::string why;  // it was interrupted
 };
 
+/// Something to see while the scene is learnt. Nothing depends on it: what fails is left out.
+void show_first_look(const Renderer& built, const RenderSettings& settings, int threads, LiveView* view) {
+  try {
+    const Image look = first_look(built, threads, [] { return interrupted == 0; });
+    if (look.data.empty()) return;
+    const PixelRect& crop = settings.grid.crop;
+    view->show([image = enlarged(look, crop.width(), crop.height())] { return image; });
+  } catch (const Error&) {
+    // Interrupted, or the render itself will say what is wrong.
+  }
+}
+
 /// Renders one picture. `output` may have no path: then the scene's film names the file.
 Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_options,
                         const OutputOptions& output) {
@@ -77,12 +91,19 @@ Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_o
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   agent::set_float_mode();
   phase.emplace(quiet, "building the scene ...");
-  const BuildOptions build(threads, texture_bytes);
+  BuildOptions build(threads, texture_bytes);
   const auto warn = [quiet](const std::string& line) {
     if (!quiet) print_warning(line);
   };
   SceneDescription to_diagnose;
   if (!options.diagnose.empty()) to_diagnose = scene;
+  std::optional<LiveView> view;
+  if (!options.display.empty()) {
+    view.emplace(options.display, request.name, nullptr, print_warning);
+    build.when_built = [&](const Renderer& built) {
+      show_first_look(built, request.settings, threads, &*view);
+    };
+  }
   auto renderer = agent::make_packet_renderer(std::move(scene), request.settings, build, warn);
 
   phase.reset();
@@ -94,7 +115,7 @@ Rendered render_picture(const LocalOptions& options, const SceneOptions& scene_o
         progress.update(status);
         return interrupted == 0;
       },
-      options.display);
+      view ? &*view : nullptr);
   progress.finish(result.status);
 
   OutputOptions named = output;

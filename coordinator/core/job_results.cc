@@ -1,11 +1,11 @@
 #include "coordinator/core/job_results.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <utility>
 
 #include "common/error/box_figures.h"
+#include "common/image/enlarge.h"
 
 namespace lightmill {
 namespace {
@@ -14,17 +14,6 @@ std::string number_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
   return text;
-}
-
-/// Every pixel takes the nearest one's value.
-Image enlarged(const Image& from, int width, int height) {
-  Image to(width, height);
-  for (int y = 0; y < height; ++y) {
-    const auto row = static_cast<int>(int64_t{y} * from.height / height);
-    for (int x = 0; x < width; ++x)
-      std::copy_n(from.pixel(static_cast<int>(int64_t{x} * from.width / width), row), 3, to.pixel(x, y));
-  }
-  return to;
 }
 
 }  // namespace
