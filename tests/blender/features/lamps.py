@@ -143,6 +143,19 @@ def lamp_node_area_gradient(s):
 
 
 @feature
+def lamp_node_area_picture(s):
+    """A round lamp with a pattern over it, seen in a mirror, too, and scaled."""
+    surface(s.floor, "BsdfGlossy", Color=(0.8, 0.8, 0.8, 1), Roughness=0.1)
+    lamp = s.light("AREA", 200, (-1, 3, 4), size=2, shape="DISK", color=(1, 0.9, 0.7))
+    lamp.scale = (1.5, 1, 1)
+    nodes, emission = lamp_nodes(lamp)
+    emission.inputs["Strength"].default_value = 2
+    checker = add(nodes, "TexChecker", Scale=4, Color1=(1, 0.8, 0.2, 1), Color2=(0.05, 0.1, 0.3, 1))
+    link(nodes, add(nodes, "NewGeometry").outputs["Parametric"], checker)
+    link(nodes, checker.outputs["Color"], emission)
+
+
+@feature
 def lamp_ies(s):
     """A lamp's measured intensities, from a text in the file."""
     text = bpy.data.texts.new("narrow.ies")

@@ -16,6 +16,8 @@ from .camera import from_columns, without_scale
 from .pbrt_text import columns, moving, numbers, quoted
 
 ROUND = ("DISK", "ELLIPSE")
+SIDES_OF_ROUND = 96  # of a polygon in place of an ellipse
+BLACK = 'Material "diffuse_bsdf" "rgb color" [0 0 0]\n'
 NEVER = 1024  # Cycles' default for the most bounces of a lamp's light
 
 
@@ -30,14 +32,16 @@ def lamp_lines(lamp, way, hidden, group, export):
     note_unsupported(lamp, settings, export.report)
     if len(way) > 2:  # the reader's lights go straight
         way = (way[0], way[-1])
-    given = export.nodes.light(light, export.context, export.nodes.Place.of(lamp))
-    if given.texture:
-        export.report.warn("lamp texture", lamp.name, "its light is even: a texture over a lamp is not drawn")
+    power = [light.energy * c for c in light.color]
+    radiance = radiance_of(light, power, way) if light.type == "AREA" else None  # of what a texture gives
+    given = export.nodes.light(light, export.context, export.nodes.Place.of(lamp, is_lamp=True), tuple(radiance or (0.0, 0.0, 0.0)))
     hidden = tuple(dict.fromkeys(("camera", *hidden)))
     begin = ["AttributeBegin\n", *([f'Attribute "light"{parameter(group)}\n'] if group else ())]
     if given.pictures:
         return [*begin, rigid(way), *(pictured(color, file, hidden) for color, file in given.pictures), "AttributeEnd\n"]
-    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
+    if given.texture:
+        return [*begin, *given.lines, *textured(lamp, given.texture, way, hidden, export.report), "AttributeEnd\n"]
+    color = [c * f for c, f in zip(power, given.rgb)]
     if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
         return []
     if min(color) < 0:
@@ -109,14 +113,40 @@ def panel(light, color, way, hidden):
     lines = area(light, color, way, hidden)
     if not lines or getattr(light, "spread", math.pi) < math.pi - 1e-3:
         return lines
-    x, y = (side / 2 for side in sides(light))
-    unseen = hidden_parameter(tuple(dict.fromkeys((*hidden, "shadow"))))
-    radiance = numbers(radiance_of(light, color, way))
-    light_lines = [lines[0], 'Material "diffuse_bsdf" "rgb color" [0 0 0]\n', f'AreaLightSource "diffuse" "rgb L" {radiance}\n']
+    light_lines = [lines[0], BLACK, f'AreaLightSource "diffuse" "rgb L" {numbers(radiance_of(light, color, way))}\n']
     if light.shape in ROUND:
-        return [*light_lines, f"Scale {x:.9g} {y:.9g} 1\nReverseOrientation\n", f'Shape "disk" "float radius" 1{unseen}\n']
-    corners = numbers(c for p in ((-x, -y), (-x, y), (x, y), (x, -y)) for c in (*p, 0))
-    return [*light_lines, f'Shape "trianglemesh" "point3 P" {corners} "integer indices" [0 1 2 0 2 3]{unseen}\n']
+        x, y = (side / 2 for side in sides(light))
+        return [*light_lines, f"Scale {x:.9g} {y:.9g} 1\nReverseOrientation\n", f'Shape "disk" "float radius" 1{unseen(hidden)}\n']
+    return [*light_lines, face(light, hidden)]
+
+
+def textured(lamp, texture, way, hidden, report):
+    """An area lamp whose nodes give a texture: a shape that shines."""
+    light = lamp.data
+    if radiance_of(light, (0, 0, 0), way) is None:
+        return []
+    if getattr(light, "spread", math.pi) < math.pi - 1e-3:
+        report.warn("lamp texture", lamp.name, "has a texture and a spread: its light spreads as from a sheet of paper")
+    return [moving(way), BLACK, f'AreaLightSource "diffuse" "texture L" "{texture}"\n', face(light, hidden)]
+
+
+def unseen(hidden):
+    return hidden_parameter(tuple(dict.fromkeys((*hidden, "shadow"))))
+
+
+def face(light, hidden):
+    """A flat mesh that looks along -z, with texture coordinates of 0 to 1 over the lamp's sides."""
+    width, height = sides(light)
+    corners = [(-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)]
+    if light.shape in ROUND:
+        turn = 2 * math.pi / SIDES_OF_ROUND
+        radius = 0.5 * math.sqrt(turn / math.sin(turn))  # of the same area as the round one
+        corners = [(radius * math.sin(i * turn), radius * math.cos(i * turn)) for i in range(SIDES_OF_ROUND)]
+    points = numbers(c for x, y in corners for c in (x * width, y * height, 0))
+    coordinates = numbers(c + 0.5 for corner in corners for c in corner)
+    triangles = " ".join(f"0 {i} {i + 1}" for i in range(1, len(corners) - 1))
+    return (f'Shape "trianglemesh" "point3 P" {points} "point2 uv" {coordinates} "integer indices" [{triangles}]'
+            f"{unseen(hidden)}\n")
 
 
 def area(light, color, way, hidden):

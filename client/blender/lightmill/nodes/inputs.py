@@ -11,6 +11,13 @@ from .place import MADE_ATTRIBUTES
 from .tree import Source
 
 
+# As Cycles 3.4 has them: no object's coordinates, and those of textures are 0.
+_OF_LAMPS = {"Object": lambda graph: graph.add("NEW_GEOMETRY", "Position", "vector"),
+             "Generated": lambda graph: graph.add("NEW_GEOMETRY", "Position", "vector"),
+             "Normal": lambda graph: graph.add("NEW_GEOMETRY", "Normal", "vector"),
+             "UV": lambda graph: (0.0, 0.0, 0.0)}
+
+
 def _coordinates(graph: Graph, source: Source) -> Value:
     node, output = source.node, source.socket.identifier
     if getattr(node, "from_instancer", False) and output in ("Generated", "UV"):
@@ -23,6 +30,8 @@ def _coordinates(graph: Graph, source: Source) -> Value:
         return graph.transformed(position, other.matrix_world.inverted_safe())
     if output == "Window":
         return _window(graph)
+    if graph.place.is_lamp and output in _OF_LAMPS:
+        return _OF_LAMPS[output](graph)
     if output in ("Object", "Normal"):
         graph.uses.add("object")
     elif output in ("Generated", "Camera"):
@@ -65,6 +74,8 @@ def _uv(graph: Graph, name: str, node: Any) -> Value:
 
 
 def _uv_map(graph: Graph, source: Source) -> Value:
+    if graph.place.is_lamp:
+        return (0.0, 0.0, 0.0)
     if source.node.from_instancer:
         graph.report("from instancer", source.node.name, "coordinates of the instancer are not known; the object's own are taken")
     return _uv(graph, source.node.uv_map, source.node)
@@ -86,6 +97,8 @@ def _geometry(graph: Graph, source: Source) -> Value:
     if made is not None and made == graph.place.attribute:
         graph.uses.add("mesh")
         return graph.add("ATTRIBUTE", "Fac", "number")
+    if output == "Parametric" and graph.place.is_lamp:
+        return graph.add("UVMAP", "UV", "vector")  # of the shape that the exporter draws: 0 to 1 over the lamp
     if output in _GEOMETRY_LEFT_OUT:
         graph.report(f"geometry {output}", source.node.name, f"the output {output} is not known here; it is {_GEOMETRY_LEFT_OUT[output]}")
         return _GEOMETRY_LEFT_OUT[output]

@@ -21,14 +21,14 @@ class LampColor:
     """What a lamp's colour and power are multiplied by."""
 
     rgb: tuple[float, float, float]
-    texture: str = ""  # of an area lamp: a spectrum texture that varies over it, to be multiplied as well
+    texture: str = ""  # of an area lamp that is not even: a spectrum texture, of the `power` times that
     lines: tuple[str, ...] = ()
     # In place of everything else, of a point lamp or a spot that shines unevenly: colours and the files of goniometric
     # pictures in W/sr.
     pictures: tuple[tuple[tuple[float, float, float], str], ...] = ()
 
 
-def light(lamp: Any, context: Context, place: Place | None = None) -> LampColor:
+def light(lamp: Any, context: Context, place: Place | None = None, power: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> LampColor:
     """Of a lamp (the object's data)."""
     if not lamp.use_nodes or lamp.node_tree is None:
         return LampColor((1.0, 1.0, 1.0))
@@ -46,7 +46,7 @@ def light(lamp: Any, context: Context, place: Place | None = None) -> LampColor:
         return LampColor(tuple(max(c, 0.0) for c in as_triple(value)))
     if lamp.type == "AREA":
         lines: list[str] = []
-        texture = context.texture(graph, value, "spectrum", lines)
+        texture = context.texture(graph, graph.product(value, power), "spectrum", lines)
         return LampColor((1.0, 1.0, 1.0), texture, tuple(lines))
     if lamp.type in ("POINT", "SPOT"):
         return _pictured(b, lamp, output)

@@ -64,6 +64,7 @@ class Place:
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None  # of a mesh, in the object's coordinates
     particle: dict[str, Any] = field(default_factory=dict)  # by the outputs of Particle Info
     light_group: str = ""  # of what shines
+    is_lamp: bool = False
 
     @classmethod
     def of(cls, obj: Any, instance: Any = None, **more: Any) -> "Place":
