@@ -169,10 +169,11 @@ TEST(Cryptomatte, AGridOfInstances) {
     s.camera({0, 0, 0}, {0, 0, 1}, 90).film(64, 64);
     const RenderSettings settings = settings_of(s.scene, 4);
     const Mattes m(s.scene, settings);
-    ASSERT_EQ(m.manifest("CryptoObject").size(), static_cast<size_t>(kSide * kSide));
+    const auto objects = m.manifest("CryptoObject");
+    ASSERT_EQ(objects.size(), static_cast<size_t>(kSide * kSide));
     ASSERT_EQ(m.manifest("CryptoAsset").size(), 1u);
     std::map<std::string, double> covered;
-    for (const auto& [name, id] : m.manifest("CryptoObject").items()) {
+    for (const auto& [name, id] : objects.items()) {
       for (int y = 0; y < 64; ++y) {
         for (int x = 0; x < 64; ++x) covered[name] += m.coverage("CryptoObject", name, x, y);
       }
