@@ -1,12 +1,12 @@
 // lightmill mix: relights an image from its light groups, without rendering it again.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "client/cli.h"
 #include "client/json_output.h"
@@ -16,6 +16,7 @@
 #include "common/base/error.h"
 #include "common/error/halves_error.h"
 #include "common/image/image_reader.h"
+#include "common/image/light_groups/light_factor.h"
 #include "common/image/light_groups/light_mix.h"
 
 namespace lightmill::client {
@@ -29,7 +30,6 @@ struct MixVerbOptions {
   int threads = 0;
 };
 
-constexpr double kLargestFactor = 1e9;  // so that floats hold what light times it is
 // What stays true of an image in another light. Its error does not.
 constexpr const char* kKeptMetadata[] = {"scene", "settings", "integrator", "plan",        "build",
                                          "job",   "spp",      "nonfinite",  "cpu_seconds", "wall_seconds"};
@@ -51,18 +51,9 @@ LightFactor parse_light_factor(const std::string& argument, std::string* name) {
   const size_t equals = argument.rfind('=');
   if (equals == std::string::npos || equals == 0) complain();
   *name = argument.substr(0, equals);
-  std::vector<double> numbers;
-  for (const char *at = &argument[equals], *end = argument.data() + argument.size(); at < end;) {
-    double number = 0;
-    const auto [next, error] = std::from_chars(at + 1, end, number);
-    const bool inside = number >= 0 && number <= kLargestFactor;  // not NaN either
-    if (error != std::errc() || !inside || (next < end && *next != ',')) complain();
-    numbers.push_back(number);
-    at = next;
-  }
-  if (numbers.size() == 1) return {numbers[0], numbers[0], numbers[0]};
-  if (numbers.size() != 3) complain();
-  return {numbers[0], numbers[1], numbers[2]};
+  const auto factor = light_factor_of_text(std::string_view(argument).substr(equals + 1), ',');
+  if (!factor) complain();
+  return *factor;
 }
 
 /// One for each of `names`, 1 where none is given.

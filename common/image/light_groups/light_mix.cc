@@ -1,6 +1,7 @@
 #include "common/image/light_groups/light_mix.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <string_view>
 

@@ -4,20 +4,16 @@
 //   const std::vector<LightFactor> factors = {{1.5, 1.5, 1.5}, {0.2, 0.3, 0.4}};  // as lights.names()
 //   const MixedColour colour = mix_colour(file, lights, factors);
 //   const MixedLayers beside = mix_layers(file, lights, factors, colour);
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/image/image.h"
+#include "common/image/light_groups/light_factor.h"
 #include "common/image/light_groups/light_layers.h"
 
 namespace lightmill {
-
-/// What the radiance of a group is multiplied by, for red, green and blue; finite and >= 0. The factor 0
-/// leaves the group out, so its pixels may then be NaN or infinite.
-using LightFactor = std::array<double, 3>;
 
 struct MixedColour {
   Image image;
