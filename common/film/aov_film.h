@@ -43,6 +43,9 @@ class AovFilm {
   void fold(const Partial& partial, const Whole& whole);
   /// Its channels are aov_channels(set, groups).
   ChannelImage resolve(const FilmGrid& grid, const Colour& colour) const;
+  /// The image and its light groups, as Film::light_groups_for_display has them. `holes`: there are cells
+  /// without samples.
+  ChannelImage light_groups(const FilmGrid& grid, const Colour& colour, bool holes, int block) const;
 
   /// Part of the film's snapshot.
   void write(ByteWriter* out) const;

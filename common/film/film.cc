@@ -153,7 +153,7 @@ double Film::mean_magnitude() const {
 }
 
 Image Film::resolve_for_display() const {
-  if (std::find(cell_samples_.begin(), cell_samples_.end(), 0) == cell_samples_.end()) return resolve();
+  if (!has_holes()) return resolve();
   const PixelRect& crop = grid_.crop;
   const PixelInterleave interleave(grid_);
   std::vector<uint8_t> known(index(crop.area()));
@@ -169,11 +169,25 @@ Image Film::resolve_for_display() const {
   return image;
 }
 
-ChannelImage Film::resolve_aovs() const {
+bool Film::has_holes() const {
+  return std::find(cell_samples_.begin(), cell_samples_.end(), 0) != cell_samples_.end();
+}
+
+AovFilm::Colour Film::colour() const {
   const double light_spp =
       static_cast<double>(light_paths_) / static_cast<double>(grid_.light_paths_per_spp());
-  return aovs_.resolve(grid_, {camera_, splat_, quantum_exponent_, light_spp,
-                               [this](int cx, int cy) { return cell_samples(cx, cy); }, light_paths_});
+  return {camera_,
+          splat_,
+          quantum_exponent_,
+          light_spp,
+          [this](int cx, int cy) { return cell_samples(cx, cy); },
+          light_paths_};
+}
+
+ChannelImage Film::resolve_aovs() const { return aovs_.resolve(grid_, colour()); }
+
+ChannelImage Film::light_groups_for_display(int block) const {
+  return aovs_.light_groups(grid_, colour(), has_holes(), block);
 }
 
 std::string Film::snapshot() const {

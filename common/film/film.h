@@ -26,6 +26,11 @@ class Film {
   double mean_magnitude() const;
   /// The AOVs that the job asked for, over the crop window; without channels if it asked for none.
   ChannelImage resolve_aovs() const;
+  /// What a light mix is made of, to look at: R, G, B of the image and of each light group, with the names of
+  /// resolve_aovs(). A pixel is the mean of `block` >= 1 by `block` pixels of the film; what has no camera
+  /// samples yet takes those around it, in the image and the groups alike. So groups add up to the image.
+  /// Without channels if there are no groups.
+  ChannelImage light_groups_for_display(int block) const;
   const FilmGrid& grid() const { return grid_; }
   /// Samples per pixel of the camera layer of cell (cx, cy).
   int64_t cell_samples(int cx, int cy) const;
@@ -39,6 +44,8 @@ class Film {
 
  private:
   Image resolve(bool with_camera, bool with_splats) const;
+  bool has_holes() const;
+  AovFilm::Colour colour() const;
 
   FilmGrid grid_;
   bool has_quantum_ = false;

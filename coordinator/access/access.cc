@@ -112,6 +112,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/api/v1/jobs/*/thumbnail", kLook},
       {"/api/v1/jobs/*/image", kLook},
       {"/api/v1/jobs/*/denoised", kLook},
+      {"/api/v1/jobs/*/light-mix", kLook},
       {"/api/v1/jobs/*/image.png", kLook},
       {"/api/v1/jobs/*/image.exr", kLook},
       {"/api/v1/jobs/*/error-map", kLook},

@@ -120,6 +120,9 @@ Image Farm::display_image(const JobId& id) const { return impl_->results.display
 ChannelImage Farm::aovs(const JobId& id, Image* image, bool for_display) const {
   return impl_->results.aovs(id, image, for_display);
 }
+ChannelImage Farm::light_groups(const JobId& id, int block) const {
+  return impl_->results.light_groups(id, block);
+}
 Image Farm::error_map(const JobId& id) const { return impl_->results.error_map(id); }
 ErrorCurve Farm::curve(const JobId& id) const { return impl_->results.curve(id); }
 std::optional<PilotReport> Farm::pilot(const JobId& id) const { return impl_->results.pilot(id); }

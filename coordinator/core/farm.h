@@ -73,6 +73,8 @@ class Farm {
   /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
   /// none. `for_display`: of `image` missing tiles are filled in.
   ChannelImage aovs(const JobId& id, Image* image = nullptr, bool for_display = false) const;
+  /// Its image and light groups: Film::light_groups_for_display.
+  ChannelImage light_groups(const JobId& id, int block) const;
   /// Where the noise is: BatchFilm::error_map of the job's batches.
   Image error_map(const JobId& id) const;
   Bundle bundle(const std::string& bundle_digest) const;

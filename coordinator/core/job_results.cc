@@ -43,6 +43,10 @@ ChannelImage JobResults::aovs(const JobId& id, Image* image, bool for_display) c
   return layers->film.resolve_aovs();
 }
 
+ChannelImage JobResults::light_groups(const JobId& id, int block) const {
+  return storage_.open_layers(id)->film.light_groups_for_display(block);
+}
+
 Image JobResults::error_map(const JobId& id) const {
   const Merger::Open layers = storage_.open_layers(id);
   return layers->batches.error_map(layers->batches.error_map_block());

@@ -23,6 +23,7 @@ class JobResults {
   Image image(const JobId& id) const;
   Image display_image(const JobId& id) const;
   ChannelImage aovs(const JobId& id, Image* image, bool for_display) const;
+  ChannelImage light_groups(const JobId& id, int block) const;
   Image error_map(const JobId& id) const;
   ErrorCurve curve(const JobId& id) const;
   std::optional<PilotReport> pilot(const JobId& id) const;

@@ -7,6 +7,7 @@
 
 #include "common/base/error.h"
 #include "coordinator/web/answers.h"
+#include "coordinator/web/light_mix/mix_text.h"
 
 namespace lightmill {
 namespace {
@@ -43,8 +44,13 @@ std::shared_ptr<const Image> image_of(Pictures& pictures, const JobId& job, Pict
   return picture.image;
 }
 
+/// The longer side that the picture is to have; 0: its own.
+int side_of(const Request& request) {
+  return static_cast<int>(std::min<int64_t>(whole(request, "side", 0), kMaxResolution));
+}
+
 void answer_halves(const Image& image, const Request& request, Response& response) {
-  const auto side = static_cast<int>(std::min<int64_t>(whole(request, "side", 0), kMaxResolution));
+  const int side = side_of(request);
   const bool whole_size = side == 0 || side >= std::max(image.width, image.height);
   response.set_content(half_picture(whole_size ? image : reduced(image, side)), kBytes);
 }
@@ -93,6 +99,27 @@ void answer_denoised(DenoisedPictures& denoised, const JobId& job, const Request
   if (!picture.layers.empty()) response.set_header("X-Lightmill-Layers", picture.layers);
   response.set_header("X-Lightmill-Block", std::to_string(picture.block));
   if (!has_already(found->mark, request, response)) answer_halves(*picture.image, request, response);
+}
+
+void answer_light_mix(const Farm& farm, LightMixes& mixes, const JobId& job, const Request& request,
+                      Response& response) {
+  if (request.get_param_value_count("mix") > 1) throw Error(ErrorKind::kUsage, "give mix once");
+  const std::string mix = request.get_param_value("mix");
+  const JobStatus status = farm.job(job);
+  const std::vector<LightFactor> factors = light_factors_of_text(mix, status.settings.light_groups);
+  const int side = side_of(request);
+  const std::optional<LightMixes::Answer> found = mixes.get(status);
+  response.set_header("Cache-Control", "no-store");
+  if (!found) {
+    response.status = 204;
+    return;
+  }
+  mark_stale(found->current, response);
+  const MixedLight& light = *found->light;
+  response.set_header("X-Lightmill-Block", std::to_string(light.block));
+  // Nothing that was taken for a mix needs quotes.
+  const std::string tag = light.mark + "-" + std::to_string(side) + "-" + mix;
+  if (!has_already(tag, request, response)) answer_halves(mixed_image(light, factors), request, response);
 }
 
 void answer_thumbnail(Thumbnails& thumbnails, const JobId& job, const Request& request, Response& response) {

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "coordinator/http_api/caller_slots.h"
 #include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/web/actions.h"
 #include "coordinator/web/answers.h"
@@ -17,6 +18,7 @@
 #include "coordinator/web/guard.h"
 #include "coordinator/web/job_follower.h"
 #include "coordinator/web/json_views.h"
+#include "coordinator/web/light_mix/light_mixes.h"
 #include "coordinator/web/picture_answers.h"
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
@@ -30,9 +32,10 @@ using httplib::Request;
 using httplib::Response;
 using nlohmann::json;
 
-constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
-constexpr int kSpareStreams = 8;         // until the oldest has made room
-constexpr int kMaxPictures = 8;          // made or encoded at once
+constexpr double kBeatSeconds = 2;  // a browser that hears nothing for some of these has lost us
+constexpr int kSpareStreams = 8;    // until the oldest has made room
+constexpr int kMaxPictures = 8;     // made or encoded at once
+constexpr int kMaxMixes = 16, kMaxMixesOfCaller = 2;
 constexpr int64_t kMaxTileLines = 500;   // of one answer
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
 constexpr size_t kMaxListedWorkers = 1000, kTimelinesOfLock = 100;
@@ -52,7 +55,8 @@ struct WebApi::Impl {
         feed(options.farm, options.events),
         pictures(options.farm),
         thumbnails(options.farm, options.thumbnail_folder, options.log),
-        denoised_pictures(options.farm, pictures) {}
+        denoised_pictures(options.farm, pictures),
+        light_mixes(options.farm) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -90,6 +94,12 @@ struct WebApi::Impl {
   void denoised(const Request& request, Response& response) {
     answer_denoised(denoised_pictures, job_of(request), request, response);
   }
+  void light_mix(const Request& request, Response& response) {
+    const std::string user = judge(request, request.path).name;
+    const CallerSlots::Place place(mixing, user.empty() ? request.remote_addr : user);
+    if (!place.granted()) throw LimitReached("too many light mixes are being made at once; try again");
+    answer_light_mix(web.farm, light_mixes, job_of(request), request, response);
+  }
   void thumbnail(const Request& request, Response& response) {
     answer_thumbnail(thumbnails, job_of(request), request, response);
   }
@@ -114,6 +124,8 @@ struct WebApi::Impl {
   Pictures pictures;
   Thumbnails thumbnails;
   DenoisedPictures denoised_pictures;
+  LightMixes light_mixes;
+  CallerSlots mixing{kMaxMixes, kMaxMixesOfCaller};
   std::atomic<int> streams{0}, making{0};
   std::atomic<uint64_t> streams_begun{0};
 };
@@ -131,6 +143,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*/log"}, &Impl::tile_log},
                                {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
                                {{"GET", "/api/v1/jobs/*/denoised"}, &Impl::denoised},
+                               {{"GET", "/api/v1/jobs/*/light-mix"}, &Impl::light_mix},
                                {{"GET", "/api/v1/jobs/*/thumbnail"}, &Impl::thumbnail},
                                {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},

@@ -1,46 +1,17 @@
 #include "coordinator/web/denoised/denoised_pictures.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <ctime>
 #include <exception>
 #include <utility>
 
 #include "coordinator/web/film_mark.h"
+#include "coordinator/web/low_priority.h"
 
 namespace lightmill {
 namespace {
 
-constexpr int kDenoiserNice = 10;
 constexpr double kTimePerCpu = 4;  // from one picture to the next, so many times what it took of a processor
 constexpr double kTimePerRead = 20;  // likewise of the film's time, for which commits of the job wait
-
-double seconds_of(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// Runs `work` on a thread of low priority and waits for it. The caller keeps its own priority, as one that
-/// was lowered can't be raised again. Returns the processor time that it took; what it throws is thrown.
-template <class Work>
-double at_low_priority(const Work& work) {
-  std::exception_ptr failure;
-  double cpu = 0;
-  std::thread([&] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kDenoiserNice);  // of this thread alone
-    try {
-      work();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    cpu = seconds_of(CLOCK_THREAD_CPUTIME_ID);
-  }).join();
-  if (failure) std::rethrow_exception(failure);
-  return cpu;
-}
 
 }  // namespace
 
