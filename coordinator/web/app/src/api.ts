@@ -47,6 +47,8 @@ export interface Picture {
   /** Names what it shows, where the coordinator says that. */
   tag?: string;
   denoised?: Denoised;
+  /** Of a light mix: a pixel is the mean of so many by so many of the image's. */
+  mixBlock?: number;
 }
 
 /** What is known of a denoised picture. */
@@ -60,7 +62,7 @@ export interface Denoised {
   block: number;
 }
 
-export type PictureKind = "image" | "error-map" | "denoised";
+export type PictureKind = "image" | "error-map" | "denoised" | "light-mix";
 
 /** "LMH1" or "LMF1", width, height, channels, values: little endian, as browsers' machines are. */
 export function readPicture(bytes: ArrayBuffer): Picture {
@@ -78,19 +80,24 @@ export function readPicture(bytes: ArrayBuffer): Picture {
   return picture;
 }
 
-/** Undefined if there is none yet. `last`, the one that is here, is not sent again. */
-export async function fetchPicture(job: string, kind: PictureKind, last: Picture | undefined, signal: AbortSignal): Promise<Picture | undefined> {
+/** Undefined if there is none yet. `last`, the one that is here, is not sent again. `query`: "" or "?mix=…". */
+export async function fetchPicture(job: string, kind: PictureKind, query: string, last: Picture | undefined, signal: AbortSignal): Promise<Picture | undefined> {
   const headers: Record<string, string> = last?.tag ? { "If-None-Match": last.tag } : {};
-  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}`, { signal, headers });
+  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}${query}`, { signal, headers });
   const stale = answer.headers.has("X-Lightmill-Stale");
   if (answer.status === 204) return undefined;
   if (answer.status === 304 && last) return { ...last, stale };
   if (!answer.ok) throw await failure(answer);
   const picture = { ...readPicture(await answer.arrayBuffer()), stale, tag: answer.headers.get("ETag") ?? undefined };
+  if (kind === "light-mix") return { ...picture, mixBlock: blockOf(answer.headers) };
   return kind === "denoised" ? { ...picture, denoised: readDenoised(answer.headers) } : picture;
+}
+
+function blockOf(headers: Headers): number {
+  return Number(headers.get("X-Lightmill-Block")) || 1;
 }
 
 function readDenoised(headers: Headers): Denoised {
   const number = (name: string) => Number(headers.get(`X-Lightmill-${name}`) ?? NaN);
-  return { relmse: number("Relmse"), relmseRaw: number("Relmse-Raw"), layers: (headers.get("X-Lightmill-Layers") ?? "").split(",").filter(Boolean), block: number("Block") || 1 };
+  return { relmse: number("Relmse"), relmseRaw: number("Relmse-Raw"), layers: (headers.get("X-Lightmill-Layers") ?? "").split(",").filter(Boolean), block: blockOf(headers) };
 }

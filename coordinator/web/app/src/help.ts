@@ -7,7 +7,7 @@ const kKeys: [string, [string, string][]][] = [
   ["Workers", [["v", "the list, or the timeline of the last hour"], ["↑ ↓", "choose a worker"], ["← →", "what it was at before, and after"], ["Enter", "that job"]]],
   ["A job (chosen or open)", [["p", "pause, resume"], ["x", "extend"], ["i", "priority"], ["s", "submit again"], ["r", "retry"], ["c", "cancel"], ["Esc", "back to the jobs"]]],
   ["A sequence", [["Space", "play, pause"], ["l", "begin anew at the end, or stop there"], ["← →", "the frame before, the next"], ["Home End", "the first, the last"], ["Enter", "the frame's own page (in the filmstrip)"], ["p x i r c", "as of a job, for all frames"], ["Esc", "back to the sequences"]]],
-  ["Picture", [["+ − 0 1", "larger, smaller, fit, pixel for pixel"], ["arrows", "move it (when it has the focus)"], ["e, d", "brighter, darker by half a stop"], ["n", "where the noise is"], ["o", "denoised"], ["b", "another job beside it"]]],
+  ["Picture", [["+ − 0 1", "larger, smaller, fit, pixel for pixel"], ["arrows", "move it (when it has the focus)"], ["e, d", "brighter, darker by half a stop"], ["n", "where the noise is"], ["o", "denoised"], ["m", "the light mix, where there are light groups"], ["b", "another job beside it"]]],
 ];
 
 export function showHelp(): void {

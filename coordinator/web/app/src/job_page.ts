@@ -5,6 +5,7 @@ import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
 import { drawProgress, eta, note, progress as progressOf } from "./jobs_page";
 import { drawLines } from "./log_page";
+import { LightMixPanel } from "./light_mix/panel";
 import { drawFeatures, drawPlan } from "./plan_panel";
 import { sequenceOf, store } from "./store";
 import { followJob } from "./stream";
@@ -43,6 +44,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     const hash = `#/jobs/${id}${chosen ? `?b=${chosen}` : ""}`;
     if (location.hash !== hash) history.replaceState(null, "", hash);
   });
+  const mix = new LightMixPanel(id, (text, moving) => viewer.showMix(text, moving), () => viewer.offerMix());
   const chart = new ErrorChart(cleanup);
   const tiles = new TileMap(id, cleanup);
   const plan = h("div");
@@ -130,7 +132,10 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     store.watchJob((news) => {
       if (news.id !== id) return;
       missing = news.missing ?? false;
-      if (news.detail) detail = news.detail;
+      if (news.detail) {
+        detail = news.detail;
+        mix.setGroups(String(detail.settings["light_groups"] ?? ""));
+      }
       if (news.points) points = [...points.slice(0, news.points_from ?? 0), ...news.points];
       tiles.take(news);
       drawn = undefined;
@@ -154,7 +159,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     figures,
     dropped,
     h("div", { class: "job-body" }, viewer.element,
-      h("div", { class: "side" }, chart.element, tiles.element,
+      h("div", { class: "side" }, mix.element, chart.element, tiles.element,
         h("section", { class: "panel", "aria-label": "Plan" }, h("header", {}, h("h2", {}, "Plan")), plan),
         h("section", { class: "panel", "aria-label": "Scene" }, h("header", {}, h("h2", {}, "Scene needs")), features), logPanel)));
   return {

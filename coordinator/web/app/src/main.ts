@@ -2,6 +2,7 @@
 import "./style.css";
 import "./sequences/sequences.css";
 import "./activity/activity.css";
+import "./light_mix/light_mix.css";
 
 import { installToasts } from "./actions";
 import { timelinePage } from "./activity/timeline_page";

@@ -6,6 +6,7 @@ import { store } from "./store";
 import type { Curve } from "./tone";
 import { drawDivider, drawLegend, drawNote, valueText } from "./viewer_parts";
 
+const kMovingSide = 800;
 const kCurves: Curve[] = ["srgb", "filmic", "aces", "none"];
 
 export class Viewer {
@@ -20,12 +21,14 @@ export class Viewer {
   private readonly splitInput = h("input", { type: "range", min: "0", max: "1", step: "0.005", value: "0.5", class: "split", hidden: true, "aria-label": "Divider between A and B", oninput: () => { this.split = Number(this.splitInput.value); this.draw(); } });
   private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.toggle("error-map") }, "Noise");
   private readonly denoisedButton = h("button", { type: "button", title: "without most of its noise (o)", "aria-pressed": "false", onclick: () => this.toggle("denoised") }, "Denoised");
+  private readonly mixButton = h("button", { type: "button", title: "as the sliders beside it mix the lights (m)", "aria-pressed": "false", hidden: true, onclick: () => this.toggle("light-mix") }, "Light mix");
   private readonly zoomText = h("output", { class: "mono" });
   private readonly other = h("select", { "aria-label": "Compare with", title: "another job beside this one (b)", onchange: () => this.compare(this.other.value) });
   private readonly png = h("a", { title: "as it shows here" }, "PNG");
   private a: PictureSource;
   private b: PictureSource | undefined;
   private kind: PictureKind = "image";
+  private mix = "?mix=";
   private exposure = 0;
   private curve: Curve = "srgb";
   private split = 0.5;
@@ -50,7 +53,7 @@ export class Viewer {
     const toolbar = h("div", { class: "viewer-tools" },
       button("Fit", "fit the window (0)", () => this.fit()), button("1:1", "a pixel for a pixel (1)", () => this.actual()),
       button("−", "smaller (-)", () => this.zoomBy(1 / 1.5)), button("+", "larger (+)", () => this.zoomBy(1.5)), this.zoomText,
-      h("label", { class: "exposure", title: "stops, as --exposure of lightmill fetch; e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), h("label", {}, "View", curves), this.errorButton, this.denoisedButton,
+      h("label", { class: "exposure", title: "stops, as --exposure of lightmill fetch; e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), h("label", {}, "View", curves), this.errorButton, this.denoisedButton, this.mixButton,
       h("label", {}, "B", this.other),
       h("span", { class: "grow" }),
       h("a", { href: `/api/v1/jobs/${job}/image.exr`, download: `${job}.exr` }, "EXR"), this.png);
@@ -85,11 +88,21 @@ export class Viewer {
     this.poll();
   }
 
+  /** The job has light groups. */
+  offerMix(): void {
+    this.mixButton.hidden = false;
+  }
+  /** Shows a light mix, the image for "". While it is `moving` a small picture does, which comes sooner. */
+  showMix(text: string, moving: boolean): void {
+    this.mix = `?mix=${encodeURIComponent(text)}${moving ? `&side=${kMovingSide}` : ""}`;
+    if (this.kind === "light-mix") this.a.ask(this.mix);
+    else if (text) this.toggle("light-mix");
+  }
   /** Puts another job beside this one; none for "". */
   compare(other: string): void {
     if (other === (this.b?.job ?? "")) return;
     this.b?.close();
-    this.b = other ? new PictureSource(other, this.kind, this.draw) : undefined;
+    this.b = other ? new PictureSource(other, this.otherKind(), this.draw) : undefined;
     this.splitInput.hidden = !this.b;
     this.choices = "?";
     this.poll();
@@ -107,6 +120,7 @@ export class Viewer {
       d: () => this.expose(this.exposure - 0.5),
       n: () => this.toggle("error-map"),
       o: () => this.toggle("denoised"),
+      m: () => { if (!this.mixButton.hidden) this.toggle("light-mix"); },
       b: () => this.other.focus(),
     };
     const run = keys[key];
@@ -142,15 +156,21 @@ export class Viewer {
   /** Shows it, or the image again. */
   private toggle(kind: PictureKind): void {
     this.kind = this.kind === kind ? "image" : kind;
-    this.errorButton.setAttribute("aria-pressed", String(this.kind === "error-map"));
-    this.denoisedButton.setAttribute("aria-pressed", String(this.kind === "denoised"));
+    const switches: [HTMLElement, PictureKind][] = [[this.errorButton, "error-map"], [this.denoisedButton, "denoised"], [this.mixButton, "light-mix"]];
+    for (const [button, shows] of switches) button.setAttribute("aria-pressed", String(this.kind === shows));
     const other = this.b?.job;
     this.a.close();
     this.b?.close();
-    this.a = new PictureSource(this.job, this.kind, this.draw);
-    this.b = other ? new PictureSource(other, this.kind, this.draw) : undefined;
+    const alike = this.kind !== "error-map" && this.a.kind !== "error-map";
+    this.a = new PictureSource(this.job, this.kind, this.draw, alike ? this.a : undefined);
+    if (this.kind === "light-mix") this.a.ask(this.mix);
+    this.b = other ? new PictureSource(other, this.otherKind(), this.draw) : undefined;
     this.poll();
     this.draw();
+  }
+  /** The other job has other lights: it stays as it was rendered. */
+  private otherKind(): PictureKind {
+    return this.kind === "light-mix" ? "image" : this.kind;
   }
   private expose(stops: number): void {
     this.exposure = Math.min(10, Math.max(-10, stops));
@@ -160,7 +180,7 @@ export class Viewer {
   }
   private retone(): void {
     this.linkPng();
-    for (const source of [this.a, this.b]) if (source && this.kind !== "error-map") source.image = undefined;
+    for (const source of [this.a, this.b]) source?.retone();
     this.draw();
   }
   private linkPng(): void {

@@ -55,9 +55,13 @@ function denoisedText(picture: Picture): string {
   ].filter(Boolean).join(" ");
 }
 
-/** Hidden unless one of the pictures is denoised. */
+function mixNote(block: number): string {
+  return `Light mix of the image as it was rendered, with its noise${block > 1 ? `, in means over ${block} × ${block} pixels` : ""}.`;
+}
+
+/** Hidden unless one of the pictures is denoised or mixed. */
 export function drawNote(note: HTMLElement, a: Picture | undefined, b: Picture | undefined): void {
-  const one = a?.denoised ? denoisedText(a) : "";
+  const one = a?.denoised ? denoisedText(a) : a?.mixBlock ? mixNote(a.mixBlock) : "";
   const other = b?.denoised ? `B: ${denoisedText(b)}` : "";
   setText(note, [one, other].filter(Boolean).join(" "));
   note.hidden = note.textContent === "";
