@@ -9,6 +9,7 @@ import { chromium } from "playwright-core";
 import { denoisedTests } from "./denoised_tests.mjs";
 import { madeUpJob, serveMadeUpFarm } from "./fake_farm.mjs";
 import { Farm, kGenerousMs, until } from "./farm.mjs";
+import { lightMixTests } from "./light_mix_tests.mjs";
 import { overviewTests } from "./overview_tests.mjs";
 import { sequenceTests } from "./sequence_tests.mjs";
 
@@ -457,6 +458,7 @@ const tests = {
   },
 
   ...denoisedTests({ root, farm, open, shot, small, middle, drawn }),
+  ...lightMixTests({ root, farm, open, shot, small, middle, drawn }),
   ...overviewTests({ root, farm, open, live, shot, small }),
   ...sequenceTests({ root, farm, open, live, shot }),
 };

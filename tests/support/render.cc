@@ -74,6 +74,11 @@ Partial render_samples(const Renderer& renderer, int64_t begin, int64_t end) {
                      PacketOrder::kForward);
 }
 
+Partial render_cells(const Renderer& renderer, const CellRect& cells) {
+  const int64_t spp = renderer.settings().spp;
+  return render_tile(renderer, {cells, 0, spp}, spp, 1, PacketOrder::kForward);
+}
+
 Estimate mean_over_seeds(const Renderer& world, RenderSettings settings) {
   std::vector<double> means;
   for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {

@@ -29,6 +29,9 @@ Partial render_partial(const Renderer& renderer, int threads = 1, PacketOrder or
 /// One partial of sample indices [begin, end) of the whole crop window.
 Partial render_samples(const Renderer& renderer, int64_t begin, int64_t end);
 
+/// One partial of all sample indices of some cells.
+Partial render_cells(const Renderer& renderer, const CellRect& cells);
+
 /// A point of the scene in the space that the renderer has it in.
 Vec3<float> placed(const Renderer& renderer, const Vec3d& p);
 

@@ -137,6 +137,63 @@ TEST(LightGroupLayers, DoNotDependOnWhoRenderedWhat) {
   }
 }
 
+TEST(LightGroupLayers, AreShownAsTheImageIs) {
+  const SceneDescription scene = lit_room().film(70, 40).scene;
+  for (const Integrator integrator : kWithGroups) {
+    const RenderSettings settings = with_groups(scene, settings_for(scene, integrator, 4, 4));
+    const Film film = film_of(scene, settings);
+    const ChannelImage shown = film.light_groups_for_display(1), aovs = film.resolve_aovs();
+    const Image image = film.resolve();
+    ASSERT_EQ(shown.channels.size(), 3u + aovs.channels.size());
+    EXPECT_EQ(shown.channels[0], "R");
+    EXPECT_TRUE(std::equal(aovs.channels.begin(), aovs.channels.end(), shown.channels.begin() + 3));
+    const size_t stride = shown.channels.size();
+    for (size_t i = 0; i < image.data.size() / 3; ++i) {
+      const float* pixel = &shown.image.data[i * stride];
+      ASSERT_TRUE(std::equal(pixel, pixel + 3, &image.data[3 * i])) << i;
+      ASSERT_TRUE(std::equal(pixel + 3, pixel + stride, &aovs.image.data[i * (stride - 3)])) << i;
+    }
+    // In blocks they are means; 70 x 40 pixels end within a block of 3 x 3.
+    const ChannelImage small = film.light_groups_for_display(3);
+    const Image means = reduced(shown.image, 24);
+    ASSERT_EQ(small.image.width, means.width);
+    ASSERT_EQ(small.image.height, means.height);
+    for (size_t i = 0; i < means.data.size(); ++i)
+      ASSERT_NEAR(small.image.data[i], means.data[i], 1e-5 * means.data[i] + 1e-12) << i;
+  }
+}
+
+TEST(LightGroupLayers, AreFilledInWhileTilesAreMissing) {
+  const SceneDescription scene = lit_room().film(70, 40).scene;
+  for (const Integrator integrator : kWithGroups) {
+    const RenderSettings settings = with_groups(scene, settings_for(scene, integrator, 4, 4));
+    const Renderer renderer(scene, settings, 1);
+    Film film(settings.grid);
+    EXPECT_TRUE(film.light_groups_for_display(1).channels.empty()) << "nothing is known of it yet";
+    film.fold(render_cells(renderer, {0, 0, 1, 1}));
+    for (const int block : {1, 2}) {
+      const ChannelImage shown = film.light_groups_for_display(block);
+      const size_t stride = shown.channels.size();
+      double sum = 0;
+      for (size_t i = 0; i < shown.image.data.size(); i += stride) {
+        for (size_t c = 0; c < 3; ++c) {
+          const float* pixel = &shown.image.data[i + c];
+          double light = 0;
+          for (size_t group = 1; group < stride / 3; ++group) light += double{pixel[3 * group]};
+          ASSERT_NEAR(light, *pixel, 1e-5 * *pixel + 1e-9) << name_of(integrator) << ' ' << i;
+          sum += double{*pixel};
+        }
+      }
+      EXPECT_GT(sum, 0);
+      if (block == 1) {
+        const Image image = film.resolve_for_display();
+        for (size_t i = 0; i < image.data.size(); ++i)
+          ASSERT_EQ(shown.image.data[i / 3 * stride + i % 3], image.data[i]) << i;
+      }
+    }
+  }
+}
+
 // The oracle: with the others dark, the colour is a group's light.
 TEST(LightGroupLayers, AreTheLightOfTheirLightsAlone) {
   const SceneDescription scene = lit_room().scene;
