@@ -5,6 +5,7 @@
 //   per layer of the set: byte range, planes    (unit_planes.h)
 //   direct splats: count, byte range, gaps between their pixels as varints, planes
 //   per light group but the last: as a layer, and as direct splats
+//   with kAovLobes: the same per lobe but the last
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -115,17 +116,31 @@ void check_direct_splats(const std::vector<SplatSum>& direct, const std::vector<
   }
 }
 
-/// Of a signed film they may be larger than the whole, which groups cancel in.
-void check_group_splats(const std::vector<SplatSum>& splats, const FilmGrid& grid) {
+void write_parts(const std::vector<GroupSums>& parts, ByteWriter* w) {
+  for (const GroupSums& part : parts) {
+    write_layer(part.camera, w);
+    write_splats(part.splats, w);
+  }
+}
+
+void read_parts(ByteReader* in, size_t tile_pixels, const FilmGrid& grid, std::vector<GroupSums>* parts) {
+  for (GroupSums& part : *parts) {
+    read_layer(in, tile_pixels, &part.camera);
+    read_splats(in, grid, &part.splats);
+  }
+}
+
+/// Of a signed film they may be larger than the whole, which groups and lobes cancel in.
+void check_part_splats(const std::vector<SplatSum>& splats, const FilmGrid& grid) {
   CropWalk crop_index(grid);
   int64_t last = -1;
   for (const SplatSum& splat : splats) {
-    if (int64_t{splat.pixel} <= last) refuse_partial("splats of a light group are not in ascending order");
+    if (int64_t{splat.pixel} <= last) refuse_partial("splats of a part of light are not in ascending order");
     last = splat.pixel;
-    if (crop_index(splat.pixel) < 0) refuse_partial("splat of a light group outside the crop window");
+    if (crop_index(splat.pixel) < 0) refuse_partial("splat of a part of light outside the crop window");
     if (splat.sum.is_zero()) refuse_partial("splat of zero");
     for (const Units u : splat.sum.c) {
-      if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum of a light group out of range");
+      if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum of a part of light out of range");
     }
   }
 }
@@ -149,14 +164,13 @@ std::string encode_aovs(const AovSums& sums) {
     write_layer(sums.layers[static_cast<size_t>(layer)], &w);
   }
   write_splats(sums.direct_splats, &w);
-  for (const GroupSums& group : sums.groups) {
-    write_layer(group.camera, &w);
-    write_splats(group.splats, &w);
-  }
+  write_parts(sums.groups, &w);
+  write_parts(sums.lobes, &w);
   return std::move(w.bytes());
 }
 
-AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid, size_t most_groups) {
+AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid, size_t most_groups,
+                    Aovs most) {
   ByteReader in(bytes, kAovPartial);
   AovSums sums;
   unpack_set(in.get<uint32_t>(), &sums.spec);
@@ -164,6 +178,7 @@ AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& 
   frame.scale_exponent = in.get<int32_t>();
   for (double& x : frame.origin) x = in.get<double>();
   if (sums.spec.set == 0 || (sums.spec.set & ~kAllAovs)) refuse_partial("unknown AOVs");
+  if (sums.spec.set & ~most & kAovLobes) refuse_partial("lobes that nobody asked for");
   if (std::abs(frame.scale_exponent) > kMaxScaleExponent) refuse_partial("scale out of range");
   for (const double x : frame.origin) {
     if (!std::isfinite(x)) refuse_partial("origin out of range");
@@ -175,20 +190,19 @@ AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& 
   }
   read_splats(&in, grid, &sums.direct_splats);
   sums.groups.resize(group_layers(sums.spec.groups));
-  for (GroupSums& group : sums.groups) {
-    read_layer(&in, tile_pixels, &group.camera);
-    read_splats(&in, grid, &group.splats);
-  }
+  read_parts(&in, tile_pixels, grid, &sums.groups);
+  sums.lobes.resize(lobe_layers(sums.spec.set));
+  read_parts(&in, tile_pixels, grid, &sums.lobes);
   in.expect_end();
   return sums;
 }
 
-size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups) {
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups, Aovs most) {
   const auto crop_pixels = static_cast<size_t>(grid.crop.area());
   const size_t layer = kRangeBytes + tile_pixels * kSumBytes,
                splats = kCountBytes + kRangeBytes + crop_pixels * (kMaxVarint + kSumBytes);
   return kHeadBytes + 1 + groups * (1 + kMaxLightGroupName) + kAovLayers * layer + splats +
-         (groups > 0 ? groups - 1 : 0) * (layer + splats);
+         ((groups > 0 ? groups - 1 : 0) + lobe_layers(most)) * (layer + splats);
 }
 
 void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, int64_t samples,
@@ -206,9 +220,12 @@ void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, i
   for (int layer = 0; layer < kAovLayers; ++layer)
     check_layer(sums.layers[static_cast<size_t>(layer)], has_layer(sums.spec, layer));
   if (sums.groups.size() != group_layers(sums.spec.groups)) refuse_partial("a light group is missing");
-  for (const GroupSums& group : sums.groups) {
-    check_layer(group.camera, true);
-    check_group_splats(group.splats, grid);
+  if (sums.lobes.size() != lobe_layers(sums.spec.set)) refuse_partial("a lobe is missing");
+  for (const std::vector<GroupSums>* parts : {&sums.groups, &sums.lobes}) {
+    for (const GroupSums& part : *parts) {
+      check_layer(part.camera, true);
+      check_part_splats(part.splats, grid);
+    }
   }
   const std::vector<ExactRgb>&weights = sums.layers[kWeightsLayer], &depths = sums.layers[kDepthLayer];
   for (const ExactRgb& sum : weights) {

@@ -22,7 +22,7 @@ struct PixelSums {
   const AovSums& sums;
   const AovFilm::Colour& colour;
   const std::vector<ExactRgb>& direct_splat;
-  const std::vector<GroupLayers>& groups;
+  const std::vector<GroupLayers>&groups, &lobes;
   const HalfFilm& half;
   size_t pixel;       // in packet order
   size_t film_pixel;  // the same one's place in the image
@@ -56,35 +56,38 @@ struct PixelSums {
   static ExactRgb at(const std::vector<ExactRgb>& layer, size_t i) {
     return layer.empty() ? ExactRgb{} : layer[i];
   }
-  /// What light group `group` has of a sum `whole`, by of(i) of those with layers. The last one has what the
-  /// others leave.
+  /// What part `part` has of a sum `whole`, by of(i) of the `count` parts with layers. The last part has what
+  /// the others leave.
   template <class Of>
-  ExactRgb part(size_t group, const ExactRgb& whole, const Of& of) const {
-    if (group < groups.size()) return of(group);
+  static ExactRgb part_of(size_t part, size_t count, const ExactRgb& whole, const Of& of) {
+    if (part < count) return of(part);
     ExactRgb left = whole;
-    for (size_t i = 0; i < groups.size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
       const ExactRgb other = of(i);
       for (int c = 0; c < 3; ++c) left.c[c] -= other.c[c];
     }
     return left;
   }
-  // Sums of a light group, of camera samples and of splats, and of its half.
-  ExactRgb group_camera(size_t group) const {
-    return part(group, at(colour.camera, pixel), [&](size_t i) { return at(groups[i].camera, pixel); });
+  // Sums of one of the light groups or lobes, of camera samples and of splats; of a group's half, too.
+  ExactRgb camera_of(const std::vector<GroupLayers>& parts, size_t part) const {
+    return part_of(part, parts.size(), at(colour.camera, pixel),
+                   [&](size_t i) { return at(parts[i].camera, pixel); });
   }
-  ExactRgb group_splat(size_t group) const {
-    return part(group, at(colour.splat, film_pixel),
-                [&](size_t i) { return at(groups[i].splat, film_pixel); });
+  ExactRgb splat_of(const std::vector<GroupLayers>& parts, size_t part) const {
+    return part_of(part, parts.size(), at(colour.splat, film_pixel),
+                   [&](size_t i) { return at(parts[i].splat, film_pixel); });
   }
   ExactRgb half_camera(size_t group) const {
-    return part(group, half.camera(pixel), [&](size_t i) { return half.group_camera(i, pixel); });
+    return part_of(group, groups.size(), half.camera(pixel),
+                   [&](size_t i) { return half.group_camera(i, pixel); });
   }
   ExactRgb half_splat(size_t group) const {
-    return part(group, half.splat(film_pixel), [&](size_t i) { return half.group_splat(i, film_pixel); });
+    return part_of(group, groups.size(), half.splat(film_pixel),
+                   [&](size_t i) { return half.group_splat(i, film_pixel); });
   }
 
-  float* put_light(size_t group, float* out) const {
-    const ExactRgb camera = group_camera(group), splat = group_splat(group);
+  float* put_light(const std::vector<GroupLayers>& parts, size_t part, float* out) const {
+    const ExactRgb camera = camera_of(parts, part), splat = splat_of(parts, part);
     for (int c = 0; c < 3; ++c) {
       double value = 0;
       if (samples > 0)
@@ -96,8 +99,8 @@ struct PixelSums {
     return out;
   }
   float* put_difference(size_t group, float* out) const {
-    const ExactRgb camera = group_camera(group), camera_half = half_camera(group), splat = group_splat(group),
-                   splat_half = half_splat(group);
+    const ExactRgb camera = camera_of(groups, group), camera_half = half_camera(group),
+                   splat = splat_of(groups, group), splat_half = half_splat(group);
     for (int c = 0; c < 3; ++c)
       *out++ = static_cast<float>(difference(c, camera, camera_half, splat, splat_half));
     return out;
@@ -185,6 +188,30 @@ struct PixelSums {
   }
 };
 
+void fold_parts(const FilmGrid& grid, const PixelRect& tile, const std::vector<GroupSums>& from,
+                std::vector<GroupLayers>* parts) {
+  parts->resize(from.size());
+  for (size_t i = 0; i < from.size(); ++i) {
+    add_rectangle(grid, tile, from[i].camera, false, &(*parts)[i].camera);
+    add_splats(grid, from[i].splats, false, &(*parts)[i].splat);
+  }
+}
+
+void put_parts(const std::vector<GroupLayers>& parts, ByteWriter* out) {
+  for (const GroupLayers& part : parts) {
+    put_stored_layer(part.camera, out);
+    put_stored_layer(part.splat, out);
+  }
+}
+
+void get_parts(size_t pixels, ByteReader* in, std::vector<GroupLayers>* parts) {
+  for (GroupLayers& part : *parts) {
+    part.camera = get_stored_layer(pixels, in);
+    if (part.camera.empty()) in->fail("a part of light is missing");
+    part.splat = get_stored_layer(pixels, in);
+  }
+}
+
 int channels_of(Aovs aov) { return aov & (kAovDepth | kAovAlpha | kAovSamples) ? 1 : 3; }
 
 }  // namespace
@@ -210,11 +237,8 @@ void AovFilm::fold(const Partial& partial, const Whole& whole) {
   for (size_t layer = 0; layer < kAovLayers; ++layer)
     add_rectangle(grid, r, from.layers[layer], false, &sums_.layers[layer]);
   add_splats(grid, from.direct_splats, false, &direct_splat_);
-  groups_.resize(from.groups.size());
-  for (size_t i = 0; i < groups_.size(); ++i) {
-    add_rectangle(grid, r, from.groups[i].camera, false, &groups_[i].camera);
-    add_splats(grid, from.groups[i].splats, false, &groups_[i].splat);
-  }
+  fold_parts(grid, r, from.groups, &groups_);
+  fold_parts(grid, r, from.lobes, &lobes_);
   if (from.spec.set & kAovsOfCryptomatte) mattes_.fold(grid, partial.tile.cells, partial.mattes);
   if (from.spec.set & kAovDifference) {
     half_.fold(partial, {whole.camera, whole.splat, sums_, groups_, whole.cell_samples, whole.light_paths});
@@ -242,6 +266,7 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
                          colour,
                          direct_splat_,
                          groups_,
+                         lobes_,
                          half_,
                          pixel,
                          film_pixel,
@@ -249,14 +274,14 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
                          half_.samples(cell)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
-        if (!(set & aov) || aov & (kAovLightGroups | kAovsOfCryptomatte)) continue;
+        if (!(set & aov) || aov & (kAovLightGroups | kAovsOfCryptomatte | kAovLobes)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
       }
       for (Aovs aov = 1; set & kAovDifference && aov <= kAllAovs; aov <<= 1) {
         if (!(set & kAovsOfHalves & aov)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.difference(aov, c));
       }
-      for (size_t i = 0; i < groups.size(); ++i) out = at.put_light(i, out);
+      for (size_t i = 0; i < groups.size(); ++i) out = at.put_light(groups_, i, out);
       for (size_t i = 0; set & kAovDifference && i < groups.size(); ++i) out = at.put_difference(i, out);
       for (int matte = 0; matte < kMattes; ++matte) {
         if (!(set & kAovOfMatte[matte])) continue;
@@ -264,6 +289,7 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
         mattes_.ranks(cell, in_cell, static_cast<Matte>(matte), at.weights(), out);
         out += 2 * kMatteRanks;
       }
+      for (size_t i = 0; set & kAovLobes && i < kLobeParts; ++i) out = at.put_light(lobes_, i, out);
     }
   }
   return result;
@@ -284,10 +310,8 @@ void AovFilm::write(ByteWriter* out) const {
     if (layer != kWeightsLayer || sums_.spec.weighted) put_stored_layer(sums_.layers[layer], out);
   }
   put_stored_layer(direct_splat_, out);
-  for (const GroupLayers& group : groups_) {
-    put_stored_layer(group.camera, out);
-    put_stored_layer(group.splat, out);
-  }
+  put_parts(groups_, out);
+  put_parts(lobes_, out);
   if (sums_.spec.set & kAovDifference) half_.write(sums_.spec.weighted, out);
   if (sums_.spec.set & kAovsOfCryptomatte) mattes_.write(out);
 }
@@ -313,11 +337,9 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   }
   direct_splat_ = get_stored_layer(pixels, in);
   groups_.resize(group_layers(sums_.spec.groups));
-  for (GroupLayers& group : groups_) {
-    group.camera = get_stored_layer(pixels, in);
-    if (group.camera.empty()) in->fail("a light group is missing");
-    group.splat = get_stored_layer(pixels, in);
-  }
+  get_parts(pixels, in, &groups_);
+  lobes_.resize(lobe_layers(sums_.spec.set));
+  get_parts(pixels, in, &lobes_);
   if (sums_.spec.set & kAovDifference) half_.read(in, grid, sums_.spec.weighted, groups_.size());
   if (sums_.spec.set & kAovsOfCryptomatte) mattes_.read(in, grid);
 }

@@ -52,9 +52,10 @@ class AovFilm {
   void read(ByteReader* in, const FilmGrid& grid);
 
  private:
-  AovSums sums_;  // over the crop window, in packet order; splats and groups stay empty, they are dense here
+  AovSums
+      sums_;  // over the crop window, in packet order; splats, groups and lobes stay empty, they are dense
   std::vector<ExactRgb> direct_splat_;  // crop window, in film order; empty until one arrives
-  std::vector<GroupLayers> groups_;
+  std::vector<GroupLayers> groups_, lobes_;
   HalfFilm half_;  // for `difference`
   MatteFilm mattes_;
 };

@@ -13,6 +13,7 @@
 //   depth     distance, hits, unused    2^-32 normalised units   samples that hit something
 //   direct    RGB                       the plan's quantum       every sample; light paths into direct_splats
 //   groups    RGB                       the plan's quantum       every sample; light paths into splats
+//   lobes     RGB                       the plan's quantum       every sample; light paths into splats
 //   variance  RGB squared               2^-60 S^2                every sample
 //   weights   weight, samples, unused   1 / kWeightOne           every sample, where they differ
 //
@@ -29,6 +30,7 @@
 #include "common/film/exact_sum.h"
 #include "common/film/splat_sum.h"
 #include "common/job/aovs.h"
+#include "common/job/lobes.h"
 #include "common/job/packet_grid.h"
 #include "common/job/sample_allocation.h"
 
@@ -80,7 +82,7 @@ inline constexpr int kWeightOne = 1 << kMostLevel;
 /// How many groups have layers: all but the last one, which has what they leave of the colour.
 inline size_t group_layers(const LightGroups& groups) { return groups.empty() ? 0 : groups.size() - 1; }
 
-/// The layers of a light group in a tile.
+/// The layers of a part of light in a tile: a light group, or a part of common/job/lobes.h.
 struct GroupSums {
   std::vector<ExactRgb> camera;  // one sum a pixel, row-major
   std::vector<SplatSum> splats;  // ascending by pixel, without zeros; part of the splat layer
@@ -93,6 +95,7 @@ struct AovSums {
   std::array<std::vector<ExactRgb>, kAovLayers> layers;  // one sum a pixel, row-major; empty where not needed
   std::vector<SplatSum> direct_splats;  // ascending by pixel, without zeros; part of the splat layer
   std::vector<GroupSums> groups;        // group_layers of them
+  std::vector<GroupSums> lobes;         // lobe_layers of them
   bool operator==(const AovSums&) const = default;
 };
 
@@ -118,11 +121,11 @@ double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, i
 /// The bytes that follow a partial's other layers. `tile_pixels`: of its rectangle.
 std::string encode_aovs(const AovSums& sums);
 /// Inverse. Throws Error(kFailed) for what encode_aovs can't have written, and for more light groups than
-/// `most_groups`, before there is memory for their layers.
+/// `most_groups` or lobes that are not in `most`, before there is memory for their layers.
 AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid,
-                    size_t most_groups = kMaxLightGroups);
-/// Most bytes that encode_aovs gives for at most `groups` light groups.
-size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups);
+                    size_t most_groups = kMaxLightGroups, Aovs most = kAllAovs);
+/// Most bytes that encode_aovs gives for at most `groups` light groups, and lobes if they are in `most`.
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid, size_t groups, Aovs most = kAllAovs);
 /// Throws Error(kFailed) unless the layers are those of the spec, in range over `samples` samples of
 /// `tile_pixels` pixels, and direct light is a part of `camera` and `splats`.
 void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, int64_t samples,

@@ -56,6 +56,7 @@ struct PartialBuilder::Impl {
   std::vector<ExactRgb> camera;
   SplatFrame splats, direct_splats;
   std::vector<SplatFrame> group_splats;  // of all groups, if there are some: they make up `splats`
+  std::vector<SplatFrame> lobe_splats;   // of lobe_layers
   std::vector<MatteCell> mattes;
   std::shared_ptr<const std::vector<std::string>> matte_names;  // guarded by counters_lock
   AovSums aovs;
@@ -102,6 +103,11 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
   }
   for (size_t i = 0; has_splat_layer && !m.aovs.groups.empty() && i < aovs.groups.size(); ++i)
     m.group_splats.emplace_back(grid, quantum_exponent);
+  m.aovs.lobes.resize(lobe_layers(aovs.set));
+  for (GroupSums& lobe : m.aovs.lobes) {
+    lobe.camera.resize(area);
+    if (has_splat_layer) m.lobe_splats.emplace_back(grid, quantum_exponent);
+  }
   if (aovs.set & kAovsOfCryptomatte) m.mattes.resize(static_cast<size_t>(tile.cells.count()));
 }
 
@@ -159,6 +165,14 @@ void PartialBuilder::add_group_splats(size_t group, std::span<const Splat> splat
   impl_->count_of_splats(impl_->group_splats.at(group).add(splats));
 }
 
+void PartialBuilder::add_lobe(size_t part, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums) {
+  impl_->add_layer(cx, cy, sums, &impl_->aovs.lobes.at(part).camera);
+}
+
+void PartialBuilder::add_lobe_splats(size_t part, std::span<const Splat> splats) {
+  impl_->lobe_splats.at(part).add(splats);  // what it drops was counted with the whole
+}
+
 void PartialBuilder::add_mattes(int cx, int cy, const MatteCell& counts,
                                 const std::shared_ptr<const std::vector<std::string>>& names) {
   if (impl_->mattes.empty()) throw std::logic_error("PartialBuilder::add_mattes: no such AOV");
@@ -202,6 +216,7 @@ Partial PartialBuilder::take() {
     partial.splats = merged(partial.splats, sums);
     if (i < partial.aovs.groups.size()) partial.aovs.groups[i].splats = std::move(sums);
   }
+  for (size_t i = 0; i < m.lobe_splats.size(); ++i) partial.aovs.lobes[i].splats = m.lobe_splats[i].take();
   MatteSums mattes{m.matte_names ? *m.matte_names : std::vector<std::string>{}, std::move(m.mattes)};
   if (!mattes.cells.empty()) partial.mattes = canonical(mattes);
   partial.counters = m.counters;

@@ -89,6 +89,10 @@ class PartialBuilder {
   /// Likewise of a light group, one of group_layers; and splats of any group, in place of add_splats.
   void add_group(size_t group, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_group_splats(size_t group, std::span<const Splat> splats);
+  /// Likewise of a part of light, one of lobe_layers; its splats are added here once more. What one part
+  /// leaves to another is a splat of the opposite sign.
+  void add_lobe(size_t part, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
+  void add_lobe_splats(size_t part, std::span<const Splat> splats);
   /// Likewise for Cryptomatte what a packet's samples hit first. `names`: of the numbers in keys, the same
   /// for all packets.
   void add_mattes(int cx, int cy, const MatteCell& counts,

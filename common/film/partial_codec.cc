@@ -297,12 +297,13 @@ Header read_header(std::string_view bytes) {
 }
 
 /// Into `p`, whose layers may hold what was decoded before.
-void decode_layers(const Header& h, size_t most_groups, bool may_have_mattes, ReusedBytes* buffer,
-                   Partial* out) {
+void decode_layers(const Header& h, size_t most_groups, Aovs most, ReusedBytes* buffer, Partial* out) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
   const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
-  const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid, most_groups) : 0;
-  if (h.layout.has_mattes && !may_have_mattes) refuse_partial("counts for Cryptomatte that nobody asked for");
+  const size_t aov_bytes =
+      h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid, most_groups, most) : 0;
+  if (h.layout.has_mattes && !(most & kAovsOfCryptomatte))
+    refuse_partial("counts for Cryptomatte that nobody asked for");
   const auto cells = static_cast<size_t>(h.partial.tile.cells.count());
   const uint64_t counts = most_matte_counts(tile_area, h.partial.tile.samples());
   const size_t matte_bytes = h.layout.has_mattes ? max_matte_bytes(cells, counts) : 0;
@@ -329,7 +330,7 @@ void decode_layers(const Header& h, size_t most_groups, bool may_have_mattes, Re
   read_splats(&in, h.layout, &p);
   if (h.layout.has_mattes) p.mattes = decode_mattes(&in, cells, counts);
   if (h.layout.has_aovs) {
-    p.aovs = decode_aovs(in.rest(), tile_area, p.grid, most_groups);
+    p.aovs = decode_aovs(in.rest(), tile_area, p.grid, most_groups, most);
   } else {
     in.expect_end();
   }
@@ -348,7 +349,7 @@ Header read_header(std::string_view bytes, const FilmGrid& grid, const TileSpec&
 Partial decoded(const Header& header) {
   ReusedBytes buffer;
   Partial partial;
-  decode_layers(header, kMaxLightGroups, true, &buffer, &partial);
+  decode_layers(header, kMaxLightGroups, kAllAovs, &buffer, &partial);
   return partial;
 }
 
@@ -392,16 +393,18 @@ Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileS
 }
 
 const Partial& PartialDecoder::decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile,
-                                      size_t most_groups, bool may_have_mattes) {
-  decode_layers(read_header(bytes, grid, tile), most_groups, may_have_mattes, &payload_, &partial_);
+                                      size_t most_groups, Aovs most) {
+  decode_layers(read_header(bytes, grid, tile), most_groups, most, &payload_, &partial_);
   return partial_;
 }
 
 size_t PartialDecoder::bytes() const {
   size_t aovs = partial_.aovs.direct_splats.capacity() * sizeof(SplatSum);
   for (const auto& layer : partial_.aovs.layers) aovs += layer.capacity() * sizeof(ExactRgb);
-  for (const GroupSums& group : partial_.aovs.groups)
-    aovs += group.camera.capacity() * sizeof(ExactRgb) + group.splats.capacity() * sizeof(SplatSum);
+  for (const std::vector<GroupSums>* parts : {&partial_.aovs.groups, &partial_.aovs.lobes}) {
+    for (const GroupSums& part : *parts)
+      aovs += part.camera.capacity() * sizeof(ExactRgb) + part.splats.capacity() * sizeof(SplatSum);
+  }
   for (const MatteCell& cell : partial_.mattes.cells)
     aovs += cell.ends.capacity() * sizeof(uint32_t) + cell.counts.capacity() * sizeof(MatteCount);
   return partial_.camera.capacity() * sizeof(ExactRgb) + partial_.splats.capacity() * sizeof(SplatSum) +

@@ -33,11 +33,11 @@ class ReusedBytes {
 
 class PartialDecoder {
  public:
-  /// decode_partial(bytes, grid, tile); refuses more than `most_groups` light groups before it allocates
-  /// their layers, and counts for Cryptomatte unless it may have some. The result is valid until the next
+  /// decode_partial(bytes, grid, tile); refuses more than `most_groups` light groups, and lobes and counts
+  /// for Cryptomatte that are not in `most`, before it allocates them. The result is valid until the next
   /// call.
   const Partial& decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile,
-                        size_t most_groups = kMaxLightGroups, bool may_have_mattes = true);
+                        size_t most_groups = kMaxLightGroups, Aovs most = kAllAovs);
   /// Bytes of memory that it keeps.
   size_t bytes() const;
 

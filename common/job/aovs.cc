@@ -5,20 +5,38 @@
 #include <iterator>
 
 #include "common/base/error.h"
+#include "common/job/lobes.h"
 
 namespace lightmill {
 namespace {
 
 struct Entry {
+  Aovs aov;
   const char* name;
   const char* channels;  // a letter each
 };
-constexpr Entry kEntries[] = {{"albedo", "RGB"},          {"normal", "XYZ"},      {"depth", "Z"},
-                              {"position", "XYZ"},        {"alpha", "A"},         {"direct", "RGB"},
-                              {"indirect", "RGB"},        {"variance", "RGB"},    {"samples", "V"},
-                              {"difference", "RGB"},      {"lightgroups", "RGB"}, {"cryptoobject", "rgba"},
-                              {"cryptomaterial", "rgba"}, {"cryptoasset", "rgba"}};
-static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
+/// In the order of their bits.
+constexpr Entry kEntries[] = {{kAovAlbedo, "albedo", "RGB"},
+                              {kAovNormal, "normal", "XYZ"},
+                              {kAovDepth, "depth", "Z"},
+                              {kAovPosition, "position", "XYZ"},
+                              {kAovAlpha, "alpha", "A"},
+                              {kAovDirect, "direct", "RGB"},
+                              {kAovIndirect, "indirect", "RGB"},
+                              {kAovVariance, "variance", "RGB"},
+                              {kAovSamples, "samples", "V"},
+                              {kAovDifference, "difference", "RGB"},
+                              {kAovLightGroups, "lightgroups", "RGB"},
+                              {kAovCryptoObject, "cryptoobject", "rgba"},
+                              {kAovCryptoMaterial, "cryptomaterial", "rgba"},
+                              {kAovCryptoAsset, "cryptoasset", "rgba"},
+                              {kAovLobes, "lobes", "RGB"}};
+constexpr Aovs all_entries() {
+  Aovs set = 0;
+  for (const Entry& entry : kEntries) set |= entry.aov;
+  return set;
+}
+static_assert(all_entries() == kAllAovs);
 
 void append(const std::string& layer, const char* letters, std::vector<std::string>* channels) {
   for (const char* letter = letters; *letter; ++letter)
@@ -43,10 +61,10 @@ bool is_matte_channel(const std::string& channel) {
 
 std::string aov_names(Aovs set) {
   std::string names;
-  for (unsigned i = 0; i < std::size(kEntries); ++i) {
-    if (!(set >> i & 1)) continue;
+  for (const Entry& entry : kEntries) {
+    if (!(set & entry.aov)) continue;
     if (!names.empty()) names += ',';
-    names += kEntries[i].name;
+    names += entry.name;
   }
   return names;
 }
@@ -68,7 +86,7 @@ Aovs aovs_named(const std::string& names) {
       throw Error(ErrorKind::kUsage, "no AOV \"" + name + "\" in \"" + names + "\"; there are " +
                                          aov_names(kAllAovs) + ", denoise, cryptomatte and all");
     } else {
-      set |= 1u << (found - std::begin(kEntries));
+      set |= found->aov;
     }
     begin = end + 1;
   }
@@ -77,31 +95,34 @@ Aovs aovs_named(const std::string& names) {
 
 std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups) {
   std::vector<std::string> channels;
-  for (unsigned i = 0; i < std::size(kEntries); ++i) {
-    if (!(set >> i & 1)) continue;
-    if (1u << i == kAovAlpha) {
+  for (const Entry& entry : kEntries) {
+    if (!(set & entry.aov)) continue;
+    if (entry.aov == kAovAlpha) {
       channels.emplace_back("A");  // of the unnamed layer, beside R, G and B: what programs take for coverage
       continue;
     }
-    const Entry& entry = kEntries[i];
-    if (1u << i == kAovLightGroups) {
+    if (entry.aov == kAovLightGroups) {
       for (const std::string& name : groups) append("lightgroup_" + name, entry.channels, &channels);
       for (const std::string& name : groups) {
         if (set & kAovDifference) append("lightgroup_" + name + "_difference", entry.channels, &channels);
       }
       continue;
     }
-    if (1u << i & kAovsOfCryptomatte) {
+    if (entry.aov & kAovsOfCryptomatte) {
       // Small letters, as the specification has them and programs expect them.
       for (int layer = 0; layer < kMatteRanks / kRanksOfLayer; ++layer)
-        append(matte_layer(1u << i) + "0" + std::to_string(layer), entry.channels, &channels);
+        append(matte_layer(entry.aov) + "0" + std::to_string(layer), entry.channels, &channels);
+      continue;
+    }
+    if (entry.aov == kAovLobes) {
+      for (const char* name : kLobeNames) append(name, entry.channels, &channels);
       continue;
     }
     append(entry.name, entry.channels, &channels);
-    if (1u << i != kAovDifference) continue;
-    for (unsigned j = 0; j < i; ++j) {
-      if (set & kAovsOfHalves & (1u << j))
-        append(std::string(kEntries[j].name) + "_difference", kEntries[j].channels, &channels);
+    if (entry.aov != kAovDifference) continue;
+    for (const Entry& half : kEntries) {
+      if (set & kAovsOfHalves & half.aov)
+        append(std::string(half.name) + "_difference", half.channels, &channels);
     }
   }
   return channels;

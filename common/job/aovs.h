@@ -22,6 +22,8 @@
 //             `difference`, that of each, too
 //   cryptoobject, cryptomaterial, cryptoasset  Cryptomatte: ids and coverages of the objects, materials and
 //             assets that a pixel shows, in falling order (common/film/cryptomatte/); 0 where there are fewer
+//   lobes     light by the first scattering event that its path has from the camera (common/job/lobes.h),
+//             RGB; they add up to the colour
 #include <string>
 #include <vector>
 
@@ -34,8 +36,8 @@ using Aovs = unsigned;
 inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
                       kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256,
                       kAovDifference = 512, kAovLightGroups = 1024, kAovCryptoObject = 2048,
-                      kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192;
-inline constexpr Aovs kAllAovs = (1u << 14) - 1;
+                      kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192, kAovLobes = 1u << 20;
+inline constexpr Aovs kAllAovs = ((1u << 14) - 1) | kAovLobes;
 /// "cryptomatte" among names.
 inline constexpr Aovs kAovsOfCryptomatte = kAovCryptoObject | kAovCryptoMaterial | kAovCryptoAsset;
 /// What `lightmill denoise` goes by: "denoise" among names.
@@ -52,7 +54,8 @@ std::string aov_names(Aovs set);
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
 /// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", "lightgroup_key.R",
-/// "lightgroup_key_difference.R", "CryptoObject00.r", and "A" for alpha. `groups`: of the scene.
+/// "lightgroup_key_difference.R", "CryptoObject00.r", "diffuse_direct.R", and "A" for alpha. `groups`: of the
+/// scene.
 std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups);
 /// "CryptoObject": what the names of a matte's layers begin with, and programs call it.
 std::string matte_layer(Aovs matte);

@@ -114,8 +114,7 @@ CommitResult CommitPath::take_partial(const Delivery& delivery, const Claim& cla
   std::string digest;
   try {
     decoded = &(*decoder)->decode(delivery.bytes, claim.settings.grid, claim.tile,
-                                  claim.settings.light_groups.size(),
-                                  (claim.settings.aovs & kAovsOfCryptomatte) != 0);
+                                  claim.settings.light_groups.size(), claim.settings.aovs);
     check_partial(*decoded, claim.tile, claim.settings, claim.quantum_exponent);
     digest = encoded_digest(delivery.bytes);
   } catch (const Error& e) {

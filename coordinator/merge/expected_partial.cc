@@ -81,10 +81,10 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
 double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
   const auto pixels = static_cast<double>(settings.grid.pixels(tile.cells).area());
   const auto window = static_cast<double>(settings.grid.crop.area());
-  const double aovs = settings.aovs
-                          ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid,
-                                                                  settings.light_groups.size()))
-                          : 0;
+  const double aovs =
+      settings.aovs ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid,
+                                                            settings.light_groups.size(), settings.aovs))
+                    : 0;
   const double mattes = settings.aovs & kAovsOfCryptomatte ? 2 * kMatteBytesPerPixel * pixels : 0;
   return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs +
          mattes;
@@ -93,7 +93,8 @@ double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
 uint64_t max_encoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
   const FilmGrid& grid = settings.grid;
   const auto tile_pixels = static_cast<size_t>(grid.pixels(tile.cells).area());
-  uint64_t aovs = settings.aovs ? max_aov_bytes(tile_pixels, grid, settings.light_groups.size()) : 0;
+  uint64_t aovs =
+      settings.aovs ? max_aov_bytes(tile_pixels, grid, settings.light_groups.size(), settings.aovs) : 0;
   if (settings.aovs & kAovsOfCryptomatte)
     aovs += max_matte_bytes(static_cast<size_t>(tile.cells.count()),
                             most_matte_counts(tile_pixels, tile.samples()));

@@ -24,7 +24,8 @@ namespace lightmill {
 class ByteReader;
 class ByteWriter;
 
-/// The layers of a light group in a film, as the film's own. `splat` is empty until one arrives.
+/// The layers of a part of light (GroupSums) in a film, as the film's own. `splat` is empty until one
+/// arrives.
 struct GroupLayers {
   std::vector<ExactRgb> camera, splat;
 };

@@ -31,6 +31,8 @@ double film_bytes(const RenderSettings& settings) {
   const auto groups = static_cast<int>(group_layers(settings.light_groups));
   sums += groups * (undecided || has_splat_layer(settings) ? 2 : 1);
   if (settings.aovs & kAovDifference) sums *= 2;
+  // Lobes have no difference.
+  sums += static_cast<int>(lobe_layers(settings.aovs)) * (undecided || has_splat_layer(settings) ? 2 : 1);
   const double mattes = settings.aovs & kAovsOfCryptomatte ? kMatteBytesPerPixel : 0;
   const int64_t superblocks = (settings.spp + kSuperblockSamples - 1) / kSuperblockSamples;
   const double batches =

@@ -41,6 +41,17 @@ TEST(LightGroups, NameTheirChannels) {
   EXPECT_EQ(with_difference.back(), "lightgroup_key_difference.B");
 }
 
+TEST(Lobes, NameTheirChannels) {
+  const std::vector<std::string> channels = aov_channels(kAovCryptoAsset | kAovLobes | kAovDifference, {});
+  ASSERT_EQ(channels.size(), 3u + 12 + 27);
+  EXPECT_EQ(channels[15], "diffuse_direct.R");
+  EXPECT_EQ(channels[3 + 12 + 23], "volume_indirect.B");
+  EXPECT_EQ(channels.back(), "emission.B");
+  EXPECT_EQ(aovs_named("lobes"), kAovLobes);
+  EXPECT_EQ(aov_names(aovs_named("all")), aov_names(kAllAovs));
+  EXPECT_EQ(aovs_named(aov_names(kAllAovs)), kAllAovs);
+}
+
 TEST(LightGroups, ArePartOfAJobsSettings) {
   RenderSettings settings;
   settings.grid = {8, 8, {0, 0, 8, 8}};
