@@ -150,9 +150,7 @@ struct MetallicRoughness {
     e.pdf = o.p_specular() * d * ggx.reflection_density(wo) + diffuse_o * i.cosine * kInvPi;
     e.pdf_reverse = i.p_specular() * d * ggx.reflection_density(wi) + diffuse_i * o.cosine * kInvPi;
     if (sheen) {
-      const F fibres = Charlie<F>(sheen->roughness).value(m, o.cosine, i.cosine) /
-                       max(splat<F>(1.0f), max(o.sheen_raw, i.sheen_raw));
-      e.f = e.f * min(o.below_sheen, i.below_sheen) + sheen->color * select(valid, fibres, F{});
+      e.f = e.f * min(o.below_sheen, i.below_sheen) + sheen->color * fibres(o, i, m, valid);
     }
     if constexpr (kCoated) {
       const F dc = select(valid, coat_ggx.d(m), F{});
@@ -169,6 +167,28 @@ struct MetallicRoughness {
     const MaskOf<F> passes = MaskOf<F>(wo.z * wi.z < 0.0f);
     return {select(passes, across.f, e.f), select(passes, across.pdf, e.pdf),
             select(passes, across.pdf_reverse, e.pdf_reverse)};
+  }
+
+  /// The part of eval's value that the base and fibres reflect.
+  Vec3<F> diffuse(const Side& o, const Side& i, const Vec3<F>& wo, const Vec3<F>& wi) const {
+    Vec3<F> f = params.rgb(0) * (o.base_share * i.base_share * kInvPi);
+    if (sheen) {
+      const Vec3<F> h = wo + wi;
+      const F h2 = dot(h, h);
+      const MaskOf<F> valid = MaskOf<F>(h2 > 0.0f);
+      const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
+      f = f * min(o.below_sheen, i.below_sheen) + sheen->color * fibres(o, i, m, valid);
+    }
+    if constexpr (kCoated) f = f * ((1.0f - o.coat_share) * (1.0f - i.coat_share));
+    return f * select(same_side(wo, wi), splat<F>(1.0f), F{});
+  }
+
+ private:
+  /// Of the sheen at the normal `m` of fibres, 1/sr.
+  F fibres(const Side& o, const Side& i, const Vec3<F>& m, MaskOf<F> valid) const {
+    const F value = Charlie<F>(sheen->roughness).value(m, o.cosine, i.cosine) /
+                    max(splat<F>(1.0f), max(o.sheen_raw, i.sheen_raw));
+    return select(valid, value, F{});
   }
 };
 

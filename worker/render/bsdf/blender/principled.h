@@ -104,12 +104,8 @@ class Principled {
     const MaskOf<F> valid = mask_and(MaskOf<F>(h2 > 1e-12f), same_side(wo, wi));
     const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
     const F facet = clamp(abs(dot(wo, m)), 0.0f, 1.0f), quarter = 0.25f / (o.cosine * i.cosine);
-    const F retro = roughness_ * (1.0f + dot(wo, wi));
-    const F burley = (1.0f - 0.5f * o.fresnel) * (1.0f - 0.5f * i.fresnel) +
-                     retro * (o.fresnel + i.fresnel + o.fresnel * i.fresnel * (retro - 1.0f));
     const F d = facets_.d(m), lobe = d * o.g1 * i.g1 * quarter;
     const F f = specular_(facet), kept = 1.0f - f, rise = specular_weight_ * f;
-    const F fibres = schlick_weight(facet);
     BsdfEval<F> e;
     Vec3<F> specular = (f0_ * kept + Vec3<F>{rise, rise, rise}) * lobe;
     if constexpr (!kAnisotropic) {
@@ -119,7 +115,7 @@ class Principled {
         specular = select(multiple_, (f0_ * kept + Vec3<F>{rise, rise, rise}) * whole * more, specular);
       }
     }
-    e.f = diffuse_ * (burley * kInvPi) + sheen_ * fibres + specular;
+    e.f = diffuse_lobes(o, i, wo, wi, facet) + specular;
     e.pdf = o.diffuse * i.cosine * kInvPi + o.specular * d * facets_.reflection_density(wo);
     e.pdf_reverse = i.diffuse * o.cosine * kInvPi + i.specular * d * facets_.reflection_density(wi);
     const MaskOf<F> coated = mask_and(valid, MaskOf<F>(coat_ > 0.0f));
@@ -134,6 +130,16 @@ class Principled {
     }
     const F one = select(valid, splat<F>(1.0f), F{});
     return {e.f * one, e.pdf * one, e.pdf_reverse * one};
+  }
+
+  /// The part of eval's value that the diffuse lobe and sheen have.
+  Vec3<F> diffuse(const Side& o, const Side& i, const Vec3<F>& wo, const Vec3<F>& wi) const {
+    const Vec3<F> h = wo + wi;
+    const F h2 = dot(h, h);
+    const MaskOf<F> valid = mask_and(MaskOf<F>(h2 > 1e-12f), same_side(wo, wi));
+    const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
+    const F facet = clamp(abs(dot(wo, m)), 0.0f, 1.0f);
+    return diffuse_lobes(o, i, wo, wi, facet) * select(valid, splat<F>(1.0f), F{});
   }
 
   BsdfSample<F> sample(const Vec3<F>& wo, F u, F v) const {
@@ -160,6 +166,13 @@ class Principled {
   }
 
  private:
+  /// `facet`: cosine of either direction to the facet between them.
+  Vec3<F> diffuse_lobes(const Side& o, const Side& i, const Vec3<F>& wo, const Vec3<F>& wi, F facet) const {
+    const F retro = roughness_ * (1.0f + dot(wo, wi));
+    const F burley = (1.0f - 0.5f * o.fresnel) * (1.0f - 0.5f * i.fresnel) +
+                     retro * (o.fresnel + i.fresnel + o.fresnel * i.fresnel * (retro - 1.0f));
+    return diffuse_ * (burley * kInvPi) + sheen_ * schlick_weight(facet);
+  }
   /// GTR1, per unit solid angle: (a^2 - 1) / (pi ln a^2 (1 + (a^2 - 1) z^2)); its cosine integrates to 1.
   F coat_d(const Vec3<F>& m) const {
     const F a2 = min(coat_alpha_ * coat_alpha_, splat<F>(0.9999f));

@@ -84,6 +84,12 @@ struct CoatedDiffuse {
   CoatScattering<F> scattering() const {
     return {params.tables, table_row(params, 8, of_kind) + 3 * kCosineNodes};
   }
+  /// What the base and the medium of the coat scatter.
+  Vec3<F> diffuse(const Side& o, const Side& i) const {
+    Vec3<F> f = params.rgb(0) * (o.to_base * i.to_base);
+    if constexpr (kScattering) f = f + scattering().f(o, i, params.p[3], params.p[5]);
+    return f;
+  }
   auto lobe() const {
     if constexpr (kAnisotropic) {
       return anisotropic_lobe(params.p[6], scattering().constant(kCoatAnisotropy));
@@ -110,8 +116,7 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
   const auto o = coat.side(wo), i = coat.side(wi);
   const F po = coat.coat_probability(o), pi = coat.coat_probability(i);
   BsdfEval<F> e;
-  e.f = params.rgb(0) * (o.to_base * i.to_base);
-  if constexpr (kScattering) e.f = e.f + coat.scattering().f(o, i, params.p[3], params.p[5]);
+  e.f = coat.diffuse(o, i);
   e.pdf = (1.0f - po) * ci * kInvPi;
   e.pdf_reverse = (1.0f - pi) * co * kInvPi;
   if constexpr (kRough) {
