@@ -35,6 +35,7 @@ class WavefrontWorkspace : public Workspace {
     if (spec.set && (!aovs || !(aovs->spec() == spec))) aovs = std::make_unique<AovRecorder>(spec);
     wavefront->aovs = spec.set ? aovs.get() : nullptr;
     wavefront->groups = spec.set ? aovs->groups().light() : nullptr;
+    wavefront->lobes = spec.set ? aovs->lobes().light() : nullptr;
   }
 
  private:

@@ -12,7 +12,8 @@ void film_add_to_paths(Wavefront& w) {
   const ShadowRays& q = w.shadow;
   for (int i = 0; i < q.count; ++i) {
     if (q.occluded[i]) continue;
-    add_to_path(w, static_cast<size_t>(q.target[i]), q.r[i], q.g[i], q.b[i], w.groups ? q.group[i] : 0);
+    const LobeOf lobe = w.lobes ? w.lobes->of_shadow_ray(static_cast<size_t>(i)) : LobeOf{};
+    add_to_path(w, static_cast<size_t>(q.target[i]), q.r[i], q.g[i], q.b[i], w.groups ? q.group[i] : 0, lobe);
   }
 }
 
@@ -22,6 +23,15 @@ void film_add_splats(const StageContext& context, Wavefront& w) {
     const float f = share * context.light_factor;
     w.splats.push_back({static_cast<uint32_t>(pixel), f * q.r[i], f * q.g[i], f * q.b[i]});
     if (w.groups) w.groups->splat_groups.push_back(static_cast<uint8_t>(q.group[i]));
+    if (w.lobes) {
+      const LobeOf lobe = w.lobes->of_shadow_ray(static_cast<size_t>(i));
+      w.lobes->light.splat_groups.push_back(static_cast<uint8_t>(lobe.part));
+      const Splat& whole = w.splats.back();
+      std::array<float, 3> diffuse = {lobe.diffuse[0] * whole.r, lobe.diffuse[1] * whole.g,
+                                      lobe.diffuse[2] * whole.b};
+      if (context.response) context.response->mix(&diffuse[0], &diffuse[1], &diffuse[2]);
+      w.lobes->splat_diffuse.push_back(diffuse);
+    }
     if (context.response) context.response->mix(&w.splats.back().r, &w.splats.back().g, &w.splats.back().b);
   };
   const bool spread = !context.filter.is_one_pixel();

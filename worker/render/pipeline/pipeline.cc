@@ -133,6 +133,8 @@ void hand_over_splats(Wavefront& w, PartialBuilder* builder) {
   if (builder && w.groups) w.aovs->groups().add_splats(w.splats, *builder);
   if (builder && !w.groups) builder->add_splats(w.splats);
   if (!builder && w.groups) w.aovs->groups().forget_splats();
+  if (builder && w.lobes) w.aovs->lobes().add_splats(w.splats, *builder);
+  if (!builder && w.lobes) w.aovs->lobes().forget_splats();
   w.splats.clear();
 }
 

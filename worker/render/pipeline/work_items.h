@@ -15,6 +15,7 @@
 
 #include "common/film/partial.h"
 #include "common/job/light_groups.h"
+#include "common/job/lobes.h"
 #include "common/job/packet_grid.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
@@ -111,6 +112,41 @@ struct GroupedLight {
   std::vector<uint8_t> splat_groups;             // of Wavefront::splats
 };
 
+/// Which of the lobes (common/job/lobes.h) contributions belong to. Of reflections `part` is a glossy one,
+/// and the share `diffuse` of each channel belongs to the diffuse one in its stead; of others it is 0.
+struct LobeLanes {
+  LaneInt part{};
+  Vec3<Lane> diffuse{};
+};
+/// One lane of it.
+struct LobeOf {
+  int32_t part = 0;
+  std::array<float, 3> diffuse{};
+};
+inline constexpr int32_t kGlossyToDiffuse = kGlossyDirect - kDiffuseDirect;
+
+/// What a wavefront keeps of lobes while a tile records them.
+struct LobedLight {
+  GroupedLight light{kLobeParts};  // with parts for groups
+  // The first event of camera paths, by slot: as LobeLanes, of direct light.
+  alignas(32) int32_t event[kWavefront];
+  alignas(32) float diffuse[3][kWavefront];
+  // Of ShadowRays.
+  alignas(32) int32_t shadow_part[ShadowRays::kCapacity];
+  alignas(32) float shadow_diffuse[3][ShadowRays::kCapacity];
+  std::vector<std::array<float, 3>> splat_diffuse;  // of Wavefront::splats: what of them is diffuse
+
+  LobeOf of_shadow_ray(size_t i) const {
+    return {shadow_part[i], {shadow_diffuse[0][i], shadow_diffuse[1][i], shadow_diffuse[2][i]}};
+  }
+  void add(const LobeOf& lobe, size_t slot, float r, float g, float b) {
+    const float dr = r * lobe.diffuse[0], dg = g * lobe.diffuse[1], db = b * lobe.diffuse[2];
+    light.add(lobe.part, slot, r - dr, g - dg, b - db);
+    if (lobe.part == kGlossyDirect || lobe.part == kGlossyIndirect)
+      light.add(lobe.part - kGlossyToDiffuse, slot, dr, dg, db);
+  }
+};
+
 class StrategyRecorder;  // strategy_recorder.h
 class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
@@ -135,6 +171,7 @@ struct Wavefront {
   StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
   AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
   GroupedLight* groups = nullptr;        // not owned; null unless the tile records two light groups or more
+  LobedLight* lobes = nullptr;           // not owned; null unless the tile records lobes
   StageProbe* probe = nullptr;           // not owned; null but for benches
   std::shared_ptr<AlphaWork> alphas;     // null unless surfaces stop a part of the rays, and without media
   std::shared_ptr<MediaWork> media;      // null unless the scene has media

@@ -3,6 +3,7 @@
 // mis.h).
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
+#include "worker/render/pipeline/paths/first_event.h"
 #include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
@@ -53,7 +54,8 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
       seen = mask_and(seen, mask_not(counted));
     }
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
-    add_radiance(w, g.slot, seen, c, groups_of(w, lights, light));
+    add_radiance(w, g.slot, seen, c, groups_of(w, lights, light),
+                 lobes_of_hit(lobes_of<K>(w), g.slot, depth));
     if (recorder_of<K>(w)) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
   }
 }
@@ -94,7 +96,8 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
         counted_by_manifolds(context, h.v.path, shines, light, h.v.p, splat_mask<Lane>(false), depth, w);
     shines = mask_and(shines, mask_not(counted));
   }
-  add_radiance(w, h.v.path, shines, c, groups_of(w, lights, light));
+  add_radiance(w, h.v.path, shines, c, groups_of(w, lights, light),
+               lobes_of_hit(lobes_of<K>(w), h.v.path, depth));
   if (recorder_of<K>(w)) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 

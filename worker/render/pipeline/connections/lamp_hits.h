@@ -49,7 +49,8 @@ void add_lamps(const StageContext& context, const Group& g, const PathLanes<Lane
       shines = mask_and(shines, mask_not(counted));
     }
     const Vec3<Lane> c = path.throughput * hit.radiance * (mis * context.imaging_ratio);
-    add_radiance(w, g.slot, shines, c, groups_of(w, lights, light));
+    add_radiance(w, g.slot, shines, c, groups_of(w, lights, light),
+                 lobes_of_hit(lobes_of<K>(w), g.slot, depth));
     if (recorder_of<K>(w))
       record_emission(depth, g.slot, shines, c, mis, w_next_event, p_emission, path.dvc, w);
   }

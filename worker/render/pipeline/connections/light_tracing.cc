@@ -60,9 +60,9 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
     const LaneMask valid = target.valid;
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
+    const Vec3<Lane> to_light = frame.to_local(v.wo), wo = local_viewer(context, v, frame, to_camera);
     BsdfEval<Lane> f =
-        eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, frame.to_local(v.wo),
-                                      local_viewer(context, v, frame, to_camera), Mode::kImportance);
+        eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, to_light, wo, Mode::kImportance);
     f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
     const Lane p_camera = lens.density * density_cosine<K>(v, to_camera);
     const Lane light_ratio = p_camera * (1.0f / context.light_samples);
@@ -82,6 +82,10 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
     c.target = target.pixel;
     c.path = v.path;
     c.group = v.group;
+    if (lobes_of<K>(w)) {
+      const LobeLanes direct = lobes_of_event(v, valid, wo, to_light);
+      c.lobes = depth == 1 ? direct : made_indirect(direct);
+    }
     set_raster(context, lens, stream, vertex_dim(depth, kDimSplatSmall), &c);
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
@@ -141,6 +145,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   c.target = target.pixel;
   c.path = slot;
   c.group = groups_of(w, context.lights, e.light);
+  c.lobes.part = splat_int<Lane>(kEmission);
   set_raster(context, lens, stream, vertex_dim(0, kDimSplatSmall), &c);
   // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt an addition to s
   // = 0.

@@ -64,8 +64,8 @@ LaneMask free_lanes(const StageContext& context, const WalkEnd& way, const Light
   return free;
 }
 
-/// Calls add(lanes, contribution, events, light) with the light that comes to `vertices` by all ways from one
-/// light each.
+/// Calls add(lanes, contribution, events, light, wo, wi) with the light that comes to `vertices` by all ways
+/// from one light each. Directions are local.
 template <class Add>
 void for_each_contribution(const StageContext& context, const VertexLanes<Lane>& vertices, Lane time,
                            LaneMask active, const ManifoldChoice& choice, LaneInt most_events,
@@ -109,7 +109,7 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
                  LaneMask adds = mask_and(sees, mask_not(LaneMask(size <= 0.0f)));
                  if (!any(adds)) return;
                  adds = free_lanes(context, way, target, time, adds, counters);
-                 add(adds, c, way.events, light);
+                 add(adds, c, way.events, light, wo, wi);
                });
 }
 
@@ -177,9 +177,11 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
     choice.light = stream.get_1d(vertex_dim(depth, kDimManifoldLight)) / chance;
     for_each_contribution(context, v, times_of_slots(context.scene, w.paths, v.path), g.active, choice,
                           splat_int<Lane>(context.max_depth - depth), work, &w.counters,
-                          [&](LaneMask adds, Vec3<Lane> c, LaneInt events, LaneInt light) {
+                          [&](LaneMask adds, Vec3<Lane> c, LaneInt events, LaneInt light,
+                              const Vec3<Lane>& wo, const Vec3<Lane>& wi) {
                             c = c * (splat<Lane>(context.imaging_ratio) / chance);
-                            add_radiance(w, v.path, adds, c, groups_of(w, context.lights, light));
+                            add_radiance(w, v.path, adds, c, groups_of(w, context.lights, light),
+                                         lobes_of_join(w.lobes, v, adds, wo, wi, depth, false));
                             if (w.recorder) record(context, depth, v.path, adds, c, events, w);
                           });
     if (w.recorder) add_rays(v.path, g.active, work.rays, w.recorder);

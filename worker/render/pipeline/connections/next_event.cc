@@ -45,8 +45,8 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     lit = seen_lights(lights, d.light, lit, [&](int l) { return kinds_of_scattering(v, d.wi, l); });
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
-    BsdfEval<Lane> f = eval_bsdf<Lane, K::kSurfaces>(
-        v.kind, lit, v.params, local_viewer(context, v, frame, v.wo), wi, Mode::kRadiance);
+    const Vec3<Lane> wo = local_viewer(context, v, frame, v.wo);
+    BsdfEval<Lane> f = eval_bsdf<Lane, K::kSurfaces>(v.kind, lit, v.params, wo, wi, Mode::kRadiance);
     f.pdf = camera_density(context.scene, v, d.wi, lit, f.pdf);
     f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
@@ -75,6 +75,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
         select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
     c.target = c.path = v.path;
     c.group = groups_of(w, lights, d.light);
+    if (const LobedLight* kept = lobes_of<K>(w)) c.lobes = lobes_of_join(kept, v, lit, wo, wi, depth, true);
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {

@@ -6,6 +6,7 @@
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
+#include "worker/render/pipeline/paths/first_event.h"
 #include "worker/render/pipeline/paths/roulette.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -26,6 +27,7 @@ struct Candidates {
   LaneInt target;
   LaneInt path;                                 // slot of the path that gives the time
   LaneInt group{};                              // light group (groups_of)
+  LobeLanes lobes{};                            // first_event.h
   Lane raster_x{}, raster_y{}, small_choice{};  // of splats
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
@@ -74,6 +76,12 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
   if (w.groups) add(q.group, c.group);
+  if (LobedLight* lobes = lobes_of<K>(w)) {
+    add(lobes->shadow_part, c.lobes.part);
+    add(lobes->shadow_diffuse[0], c.lobes.diffuse.x);
+    add(lobes->shadow_diffuse[1], c.lobes.diffuse.y);
+    add(lobes->shadow_diffuse[2], c.lobes.diffuse.z);
+  }
   if (splats) add(q.raster_x, c.raster_x), add(q.raster_y, c.raster_y), add(q.small_choice, c.small_choice);
   if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)

@@ -73,6 +73,8 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       c.tfar = splat<Lane>(kSegmentEnd);
       c.target = c.path = v.path;
       c.group = l.group;
+      if (const LobedLight* kept = lobes_of<K>(w))
+        c.lobes = lobes_of_join(kept, v, valid, wo, wi_local, depth, false);
       const Lane u =
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + j % kConnectRouletteDims))

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "worker/render/pipeline/connections/guided_density.h"
+#include "worker/render/pipeline/paths/first_event.h"
 #include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
@@ -146,6 +147,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     enter_bodies(context, stream, depth, v, h.path.prim, next, enters, w);
     next.dvcm = dvcm;
   }
+  LobedLight* const kept = lobes_of<K>(w);
+  if (kept && depth == 1 && mode == Mode::kRadiance) keep_first_event(v, go, s.delta, wo, s.wi, kept);
   store_paths(next, v.path, mask_bits(go), &w.paths);
   if (context.scene.tracks_ray_kinds() && mode == Mode::kRadiance) set_ray_kinds(v, wi, s.delta, go, w.paths);
   return go;

@@ -82,12 +82,14 @@ void AovRecorder::begin_packet() {
   }
   direct_splats_.clear();
   groups_.begin_packet();
+  lobes_.begin_packet();
   mattes_.begin_packet();
 }
 
 void AovRecorder::begin_layer(const Wavefront& w) {
   std::copy_n(w.slots.weight, kWavefront, weight_);
   groups_.begin_pass();
+  lobes_.begin_pass();
   std::memset(albedo_, 0, sizeof albedo_);
   std::memset(normal_, 0, sizeof normal_);
   std::memset(direct_, 0, sizeof direct_);
@@ -195,6 +197,7 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
     const auto r = units(radiance[0]), g = units(radiance[1]), b = units(radiance[2]);
     if (!r || !g || !b) continue;
     if (w.groups) groups_.add_sample(context, quantum_exponent, w, i, {*r, *g, *b});
+    if (w.lobes) lobes_.add_sample(context, quantum_exponent, w, i, {*r, *g, *b});
     for (size_t c = 0; c < 3; ++c) {
       if (wants_direct()) {
         const auto direct = units(std::min(direct_light[c], radiance[c]));
@@ -216,6 +219,7 @@ void AovRecorder::finish_packet(const Packet& packet, const RenderScene& scene, 
     builder.add_mattes(packet.cell_x, packet.cell_y, mattes_.cell(), scene.mattes.names());
   if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);
   groups_.finish_packet(packet, builder);
+  lobes_.finish_packet(packet, builder);
 }
 
 }  // namespace lightmill

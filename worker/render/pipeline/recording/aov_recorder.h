@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/paths/vertex_io.h"
 #include "worker/render/pipeline/recording/group_recorder.h"
+#include "worker/render/pipeline/recording/lobe_recorder.h"
 #include "worker/render/pipeline/recording/matte_recorder.h"
 
 namespace lightmill {
@@ -17,7 +18,7 @@ struct Packet;  // renderer.h
 
 class AovRecorder {
  public:
-  explicit AovRecorder(const AovSpec& spec) : spec_(spec), groups_(spec.groups) {}
+  explicit AovRecorder(const AovSpec& spec) : spec_(spec), groups_(spec.groups), lobes_(spec.set) {}
   const AovSpec& spec() const { return spec_; }
 
   void begin_packet();
@@ -39,6 +40,7 @@ class AovRecorder {
   void direct_splats(std::span<const Splat> splats);
 
   GroupRecorder& groups() { return groups_; }
+  LobeRecorder& lobes() { return lobes_; }
 
   /// Rounds the sample's values and adds them to the cell's sums.
   void finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& wavefront);
@@ -55,6 +57,7 @@ class AovRecorder {
   std::array<std::vector<ExactRgb>, kAovLayers> sums_;  // of the packet's cell
   std::vector<Splat> direct_splats_;
   GroupRecorder groups_;
+  LobeRecorder lobes_;
   MatteRecorder mattes_;
 };
 

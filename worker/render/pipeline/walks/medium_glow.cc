@@ -1,6 +1,7 @@
 #include "worker/render/pipeline/walks/medium_glow.h"
 
 #include "worker/render/light/direct_sampling.h"
+#include "worker/render/pipeline/paths/first_event.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -12,7 +13,7 @@ void add_glow(int depth, LaneInt slot, LaneMask mask, LaneInt medium, Vec3<Lane>
   glow = glow * splat<Lane>(context.imaging_ratio);
   const LaneInt group =
       w.groups ? gather(context.scene.medium_groups.data(), select(mask, medium, LaneInt{})) : LaneInt{};
-  add_radiance(w, slot, mask, glow, group);
+  add_radiance(w, slot, mask, glow, group, lobes_of_hit(w.lobes, slot, depth));
   if (!w.recorder) return;
   add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
   w.recorder->emission(depth + 1, slot, mask, glow, mis, ratios);
