@@ -14,14 +14,20 @@ import OpenImageIO
 PASSES = """
 v = bpy.context.view_layer
 v.use_pass_z = v.use_pass_normal = v.use_pass_position = v.use_pass_diffuse_color = True
-for name in ("denoising", "alpha", "direct", "indirect", "variance", "sample_count"):
+for name in ("denoising", "alpha", "direct", "indirect", "variance", "sample_count", "volume_direct", "volume_indirect"):
     setattr(v.lightmill, f"use_pass_{name}", True)
+for name in ("diffuse", "glossy", "transmission"):
+    setattr(v, f"use_pass_{name}_direct", True)
+    setattr(v, f"use_pass_{name}_indirect", True)
+v.use_pass_emit = True
 v.use_pass_mist = True
 s.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
 """
 CHANNELS = {"Combined": "RGBA", "Depth": "Z", "Normal": "XYZ", "Position": "XYZ", "DiffCol": "RGB",
             "Denoising Normal": "XYZ", "Denoising Albedo": "RGB", "Denoising Depth": "Z", "Alpha": "A", "Direct": "RGB",
             "Indirect": "RGB", "Variance": "RGB", "Debug Sample Count": "X"}
+LIGHT_PASSES = ("DiffDir", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd", "VolumeDir", "VolumeInd", "Emit")
+CHANNELS.update((name, "RGB") for name in LIGHT_PASSES)
 
 LIGHT_GROUPS = """
 v = bpy.context.view_layer
@@ -70,6 +76,9 @@ def passes(blender):
     assert (layer["Debug Sample Count.X"] == 16).all()
     both = layer["Direct.R"] + layer["Indirect.R"]
     assert numpy.allclose(both, layer["Combined.R"], rtol=1e-3, atol=1e-4), numpy.abs(both - layer["Combined.R"]).max()
+    lobes = sum(layer[f"{name}.R"] for name in LIGHT_PASSES)
+    assert numpy.allclose(lobes, layer["Combined.R"], rtol=1e-3, atol=1e-4), numpy.abs(lobes - layer["Combined.R"]).max()
+    assert layer["DiffDir.R"][32, 48] > layer["GlossDir.R"][32, 48] and layer["Emit.R"][2, 2] > 0 == layer["DiffDir.R"][2, 2]
 
 
 def light_groups(blender):

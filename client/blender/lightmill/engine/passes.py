@@ -19,6 +19,10 @@ class Pass:
     layer: str = ""
 
 
+def _lobe(name, layer):
+    return Pass(name, "lobes", "RGB", "COLOR", layer)
+
+
 # By the property of the view layer that asks for them, or of its `lightmill`.
 OF_VIEW_LAYER = {
     "use_pass_z": (Pass("Depth", "depth", "Z", "VALUE"),),
@@ -26,6 +30,14 @@ OF_VIEW_LAYER = {
     "use_pass_normal": (Pass("Normal", "normal", "XYZ", "VECTOR"),),
     # What the surface reflects of white light, speculars and all: of a diffuse surface it is Cycles' DiffCol.
     "use_pass_diffuse_color": (Pass("DiffCol", "albedo", "RGB", "COLOR"),),
+    # Light itself: Cycles divides these by colours of the surface, which make it Combined again. Here their sum is.
+    "use_pass_diffuse_direct": (_lobe("DiffDir", "diffuse_direct"),),
+    "use_pass_diffuse_indirect": (_lobe("DiffInd", "diffuse_indirect"),),
+    "use_pass_glossy_direct": (_lobe("GlossDir", "glossy_direct"),),
+    "use_pass_glossy_indirect": (_lobe("GlossInd", "glossy_indirect"),),
+    "use_pass_transmission_direct": (_lobe("TransDir", "transmission_direct"),),
+    "use_pass_transmission_indirect": (_lobe("TransInd", "transmission_indirect"),),
+    "use_pass_emit": (_lobe("Emit", "emission"),),  # with the background
 }
 OF_LIGHTMILL = {
     "use_pass_denoising": (Pass("Denoising Normal", "normal", "XYZ", "VECTOR"),
@@ -34,6 +46,8 @@ OF_LIGHTMILL = {
     "use_pass_alpha": (Pass("Alpha", "alpha", "A", "VALUE"),),
     "use_pass_direct": (Pass("Direct", "direct", "RGB", "COLOR"),),
     "use_pass_indirect": (Pass("Indirect", "indirect", "RGB", "COLOR"),),
+    "use_pass_volume_direct": (_lobe("VolumeDir", "volume_direct"),),  # properties of Cycles' own in Blender
+    "use_pass_volume_indirect": (_lobe("VolumeInd", "volume_indirect"),),
     "use_pass_variance": (Pass("Variance", "variance", "RGB", "COLOR"),),
     "use_pass_sample_count": (Pass("Debug Sample Count", "samples", "X", "VALUE"),),
 }
@@ -48,10 +62,7 @@ MOST_MATTE_PASSES = 3  # of two ids each
 UNSUPPORTED = {
     "use_pass_mist": "Mist", "use_pass_uv": "UV", "use_pass_vector": "Vector", "use_pass_object_index": "Object Index",
     "use_pass_material_index": "Material Index", "use_pass_shadow": "Shadow", "use_pass_ambient_occlusion": "Ambient Occlusion",
-    "use_pass_emit": "Emission", "use_pass_environment": "Environment", "use_pass_diffuse_direct": "Diffuse Direct",
-    "use_pass_diffuse_indirect": "Diffuse Indirect", "use_pass_glossy_direct": "Glossy Direct",
-    "use_pass_glossy_indirect": "Glossy Indirect", "use_pass_glossy_color": "Glossy Color",
-    "use_pass_transmission_direct": "Transmission Direct", "use_pass_transmission_indirect": "Transmission Indirect",
+    "use_pass_environment": "Environment", "use_pass_glossy_color": "Glossy Color",
     "use_pass_transmission_color": "Transmission Color", "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color",
 }

@@ -76,6 +76,18 @@ class LIGHTMILL_VIEWLAYER_PT_passes(_Panel, bpy.types.Panel):
                   "use_pass_indirect", "use_pass_variance", "use_pass_sample_count")
 
 
+class LIGHTMILL_VIEWLAYER_PT_light_passes(_Panel, bpy.types.Panel):
+    bl_label = "Light"
+    bl_context = "view_layer"
+    bl_parent_id = "LIGHTMILL_VIEWLAYER_PT_passes"
+
+    def draw(self, context):
+        self.rows(context.view_layer, "use_pass_diffuse_direct", "use_pass_diffuse_indirect", "use_pass_glossy_direct",
+                  "use_pass_glossy_indirect", "use_pass_transmission_direct", "use_pass_transmission_indirect")
+        self.rows(context.view_layer.lightmill, "use_pass_volume_direct", "use_pass_volume_indirect")
+        self.rows(context.view_layer, "use_pass_emit")
+
+
 class LIGHTMILL_VIEWLAYER_PT_light_groups(ViewLayerLightgroupsPanel):
     bl_parent_id = "LIGHTMILL_VIEWLAYER_PT_passes"
     COMPAT_ENGINES = {"LIGHTMILL"}
@@ -83,4 +95,4 @@ class LIGHTMILL_VIEWLAYER_PT_light_groups(ViewLayerLightgroupsPanel):
 
 CLASSES = (LIGHTMILL_RENDER_PT_sampling, LIGHTMILL_RENDER_PT_light_paths, LIGHTMILL_RENDER_PT_farm,
            LIGHTMILL_RENDER_PT_threads, LIGHTMILL_VIEWLAYER_PT_passes,
-           LIGHTMILL_VIEWLAYER_PT_light_groups)
+           LIGHTMILL_VIEWLAYER_PT_light_passes, LIGHTMILL_VIEWLAYER_PT_light_groups)

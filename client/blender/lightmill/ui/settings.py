@@ -42,6 +42,9 @@ class LightmillViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_alpha: BoolProperty(name="Alpha", description="Share of the pixel that is covered")
     use_pass_direct: BoolProperty(name="Direct", description="Light that came by at most one scattering event")
     use_pass_indirect: BoolProperty(name="Indirect", description="All the rest of the light")
+    use_pass_volume_direct: BoolProperty(name="Volume Direct", description="Light that a medium scattered once")
+    use_pass_volume_indirect: BoolProperty(
+        name="Volume Indirect", description="Light that a medium scattered last, after other events")
     use_pass_variance: BoolProperty(name="Variance", description="Of one sample of the pixel")
     use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of the pixel")
 
