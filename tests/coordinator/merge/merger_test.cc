@@ -150,6 +150,8 @@ TEST(FilmBytes, FollowsTheLayers) {
   EXPECT_EQ(film_bytes(layered) - full, 6 * kLayer);
   layered.aovs |= kAovDifference;  // the half of all, colour and splats included
   EXPECT_EQ(film_bytes(layered) - full, 14 * kLayer);
+  layered.aovs |= kAovLobes;  // eight with layers, without halves
+  EXPECT_EQ(film_bytes(layered) - full, 30 * kLayer);
   RenderSettings open = small_settings(64, 64, 16, Integrator::kAuto);
   const double undecided = film_bytes(open);
   open.aovs = kAovAlbedo;
