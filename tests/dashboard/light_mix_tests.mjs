@@ -72,9 +72,10 @@ export function lightMixTests({ root, farm, open, shot, small, middle, drawn }) 
       await page.keyboard.press("o");
       await page.getByRole("button", { name: "Reset", exact: true }).click();
       assert.equal(await page.getByRole("spinbutton", { name: "key: factor" }).inputValue(), "1");
-      await page.keyboard.press("m");
-      await until("the picture as it was", async () => (await middle(page)) === plain);
+      await until("the image as it was", async () => (await middle(page)) === plain);
       await page.context().close();
+      const bytes = async (path) => Buffer.from(await (await fetch(`${farm.url}api/v1/jobs/${id}/${path}`)).arrayBuffer());
+      assert.ok((await bytes("light-mix")).equals(await bytes("image")), "no mix is no change");
       // What is wrong gets a sentence.
       for (const mix of ["lamp:1", "key:nan", "key:1e300", "key:1,key:1", Array(200).fill("key:1").join()]) {
         const answer = await fetch(`${farm.url}api/v1/jobs/${id}/light-mix?mix=${encodeURIComponent(mix)}`);
