@@ -26,7 +26,4 @@ struct BatchError {
 BatchError estimate_batch_error(std::span<const float* const> sums, std::span<const int> replicates,
                                 const PixelLayout& layout, double samples, double expected_gain = 1);
 
-/// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
-double student_t_975(int dof);
-
 }  // namespace lightmill

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/base/statistics/student_t.h"
 #include "common/error/confidence.h"
 
 namespace lightmill {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/error.h"
+#include "common/base/statistics/student_t.h"
 #include "common/error/error_estimate.h"
 
 namespace lightmill {

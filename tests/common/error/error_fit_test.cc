@@ -7,6 +7,7 @@
 #include <fstream>
 #include <random>
 
+#include "common/base/statistics/student_t.h"
 #include "common/error/comparison.h"
 #include "common/error/report/report.h"
 #include "common/error/report/report_files.h"
