@@ -14,9 +14,10 @@ namespace lightmill::client {
 struct DenoiseFigures {
   bool difference = false;  // whether the noise was known from the layer `difference`, not guessed
   double relmse_raw = 0, relmse = 0;
+  std::optional<double> relmse_low, relmse_high;  // the 95 % interval of relmse (DenoiseResult)
 };
 nlohmann::json denoise_to_json(const DenoiseFigures& figures);
-/// "estimated relMSE 0.001, before 0.01"
+/// "estimated relMSE 0.001 (95 %: 0.0008 to 0.0012), before 0.01"
 std::string denoise_line(const DenoiseFigures& figures);
 
 struct DenoisedPicture {
@@ -26,8 +27,11 @@ struct DenoisedPicture {
 };
 
 /// Denoises the picture whose channels are those of a file. Warns of layers that lack, unless `quiet`,
-/// calling it `name`. Throws Error(kUsage) if it has no colour or too many pixels.
-DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, int threads, bool quiet);
+/// calling it `name`. `spp`: the samples per pixel as the metadata have them; below those of independent
+/// halves (common/job/replicates.h) there is no interval, "" is taken as enough. Throws Error(kUsage) if it
+/// has no colour or too many pixels.
+DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, const std::string& spp,
+                                 int threads, bool quiet);
 
 /// Writes it as `output` says, with its layers if the file can hold them. Warns of a layer that can't be
 /// converted to its colour space, unless `quiet`, calling the picture `name`. Throws as write_image().

@@ -1,8 +1,11 @@
 // lightmill denoise: takes the noise out of a rendered image.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "client/cli.h"
 #include "client/options.h"
@@ -29,8 +32,11 @@ int denoise(DenoiseVerbOptions& options) {
   check_output(options.output);
   const bool quiet = options.common.quiet;
   const ChannelImage file = read_channels(options.image, kMaxDenoisePixels);
-  const DenoisedPicture clean = denoise_channels(file, options.image, options.threads, quiet);
-  write_denoised(options.output, clean, {}, options.image, quiet);
+  const std::string spp = read_image_metadata(options.image, "spp");
+  const DenoisedPicture clean = denoise_channels(file, options.image, spp, options.threads, quiet);
+  std::map<std::string, std::string> metadata;
+  if (!spp.empty()) metadata["spp"] = spp;  // it may be denoised once more
+  write_denoised(options.output, clean, std::move(metadata), options.image, quiet);
   if (options.common.json) {
     nlohmann::json document = {
         {"output", options.output.path}, {"width", clean.image.width}, {"height", clean.image.height}};

@@ -14,6 +14,8 @@
 namespace lightmill {
 
 inline constexpr int kReplicates = 2;
+/// Samples per pixel from which on both replicates have some, so that halves of the samples are independent.
+inline constexpr double kIndependentHalvesSpp = 32;
 
 /// A superblock's place: the number of the replicate, and of the superblock within it.
 struct ReplicateBlock {

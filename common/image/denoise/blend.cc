@@ -81,26 +81,4 @@ void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, i
   });
 }
 
-ErrorPlanes estimate_error(const Extent& extent, const Halves& halves, const Halves& filtered, int threads) {
-  ErrorPlanes error{Plane(extent.pixels()), Plane(extent.pixels())};
-  for_rows(extent, threads, [&](int y) {
-    const size_t begin = extent.at(0, y), end = begin + static_cast<size_t>(extent.width);
-    for (int c = 0; c < 3; ++c) {
-      const Plane &fa = filtered.of[0].c[c], &fb = filtered.of[1].c[c];
-      const Plane &a = halves.of[0].c[c], &b = halves.of[1].c[c];
-      for (size_t i = begin; i < end; ++i) {
-        const float da = fa[i] - b[i], db = fb[i] - a[i], noise = a[i] - b[i], spread = fa[i] - fb[i];
-        // Of F_A: (F_A - B)^2 less the variance of B, (A - B)^2 / 2. Of the mean of F_A and F_B: less half
-        // the variance of F, which (F_A - F_B)^2 / 2 has as its mean.
-        const float squared =
-            (0.5f * (da * da + db * db) - 0.5f * noise * noise - 0.25f * spread * spread) * (1.0f / 3);
-        const float mean = 0.5f * (fa[i] + fb[i]);
-        error.squared[i] += squared;
-        error.relative[i] += squared / (mean * mean + kRelativeFloor);
-      }
-    }
-  });
-  return error;
-}
-
 }  // namespace lightmill::denoise

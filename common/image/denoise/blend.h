@@ -20,14 +20,4 @@ inline constexpr float kRelativeFloor = 1e-2f;
 /// Replaces `base` by its blends with `finer`. `halves`: the pictures themselves.
 void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, int threads, Halves* base);
 
-/// Estimates, per pixel and not smoothed, so they may be negative. Means over channels.
-struct ErrorPlanes {
-  Plane squared;   // of the squared error
-  Plane relative;  // of that over the square of the value + 1e-2: a pixel's share of relMSE
-};
-
-/// Of (F_A + F_B) / 2, where F is what a filter made of each half. Without bias, as far as F_A does not know
-/// B.
-ErrorPlanes estimate_error(const Extent& extent, const Halves& halves, const Halves& filtered, int threads);
-
 }  // namespace lightmill::denoise

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/image/denoise/blend.h"
+#include "common/image/denoise/cross_validation.h"
 #include "common/image/denoise/features.h"
 #include "common/image/denoise/fireflies.h"
 #include "common/image/denoise/noise.h"
@@ -113,9 +114,9 @@ Features take_features(DenoiseInput* input, const DenoiseOptions& options) {
   return filter_features(extent, std::move(values), difference, options);
 }
 
-Halves filter(const Extent& extent, const Features& features, const Halves& halves,
-              const DenoiseOptions& options) {
+Halves filter(const Extent& extent, const Features& features, Halves halves, const DenoiseOptions& options) {
   const int threads = options.threads;
+  clamp_fireflies(extent, threads, &halves);
   Halves result = regress(extent, features, halves, nullptr, kSmooth, options);
   blend_in(extent, halves, regress(extent, features, halves, nullptr, kSmall, options), threads, &result);
   blend_in(extent, halves, halves, threads, &result);
@@ -126,6 +127,18 @@ Halves filter(const Extent& extent, const Features& features, const Halves& halv
   return result;
 }
 
+/// What a filtered half knows of the other (cross_validation.h).
+Plane probe(const Extent& extent, const Features& features, const Halves& halves, const Halves& filtered,
+            const DenoiseOptions& options) {
+  const Colour noise = noise_like_a_half(extent, halves, options.threads);
+  Halves probed = halves;
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t i = 0; i < extent.pixels(); ++i) probed.of[1].c[c][i] += noise.c[c][i];
+  }
+  probed = filter(extent, features, std::move(probed), options);
+  return knowledge_of_other(extent, filtered, probed.of[0], noise, options.threads);
+}
+
 }  // namespace
 
 DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options) {
@@ -133,24 +146,25 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
   const size_t pixels = extent.pixels();
   check_sizes(input, pixels);
   mend(&input);
+  const bool measured = !input.difference[0].empty();
   for (unsigned c = 0; c < 3; ++c) {
     if (input.difference[c].empty())
       input.difference[c] = guess_difference(extent, input.colour[c], c, options.threads);
   }
 
   DenoiseResult result;
-  Halves filtered;
-  {
-    Halves halves = halves_of(input);
-    const Features features = take_features(&input, options);
-    clamp_fireflies(extent, options.threads, &halves);
-    filtered = filter(extent, features, halves, options);
-  }
-  ErrorPlanes error = estimate_error(extent, halves_of(input), filtered, options.threads);
+  const Halves halves = halves_of(input);
+  const Features features = take_features(&input, options);
+  const Halves filtered = filter(extent, features, halves, options);
+  ErrorPlanes error = estimate_error(extent, halves, filtered, options.threads);
+  const Plane known =
+      options.interval && measured ? probe(extent, features, halves, filtered, options) : Plane();
+  const RelmseEstimate estimate = estimate_relmse(extent, error, known);
+  result.relmse = estimate.relmse, result.relmse_low = estimate.low, result.relmse_high = estimate.high;
   // What noise is left for certain: no estimate may be below it. With up to 16 spp the halves make up for
-  // each other's errors, and what is subtracted as the noise of a half is then too much.
+  // each other's errors, and the residuals' covariance is then too low.
   Plane noise(pixels);
-  double sum = 0, sum_noise = 0, sum_raw = 0;
+  double sum_raw = 0;
   for (size_t c = 0; c < 3; ++c) {
     result.colour[c].resize(pixels);
     for (size_t i = 0; i < pixels; ++i) {
@@ -158,13 +172,10 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
       const double mean = result.colour[c][i], difference = input.difference[c][i];
       const float left = 0.5f * (filtered.of[0].c[c][i] - filtered.of[1].c[c][i]);
       noise[i] += left * left * (1.0f / 3);
-      sum_noise += double{left} * double{left} / (mean * mean + double{kRelativeFloor});
       sum_raw += difference * difference / (mean * mean + double{kRelativeFloor});
     }
   }
-  for (const float e : error.relative) sum += double{e};
   result.relmse_raw = sum_raw / static_cast<double>(3 * pixels);
-  result.relmse = std::max(sum_noise / 3, sum) / static_cast<double>(pixels);
   box_mean(extent, kErrorRadius, options.threads, &error.squared);
   box_mean(extent, kErrorRadius, options.threads, &noise);
   for (size_t i = 0; i < pixels; ++i) error.squared[i] = std::max(error.squared[i], noise[i]);

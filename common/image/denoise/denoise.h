@@ -8,6 +8,7 @@
 // README.md says how it works.
 #include <array>
 #include <exception>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct DenoiseOptions {
   int threads = 0;  // 0: one per processor
   std::stop_token
       stop{};  // asked to stop, denoise_picture() throws DenoiseStopped within a fraction of a second
+  /// Filters the picture a second time to learn how far its error is to be trusted: twice the time. Wants
+  /// halves whose samples are independent, as those of 32 spp and more are, or the interval is too low.
+  bool interval = false;
 };
 
 class DenoiseStopped : public std::exception {
@@ -43,6 +47,9 @@ struct DenoiseResult {
   std::array<std::vector<float>, 3> colour;
   std::vector<float> squared_error;   // estimate, mean over channels, smoothed over the pixels around
   double relmse_raw = 0, relmse = 0;  // estimates for the whole picture
+  /// The 95 % interval that `relmse` has, if it was asked for, `difference` is given, and the picture has at
+  /// least 16 boxes of 16x16 pixels.
+  std::optional<double> relmse_low, relmse_high;
 };
 
 /// The same bits for any number of threads. Throws std::invalid_argument for planes of other sizes.
