@@ -167,8 +167,20 @@ void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
                       "a whole number of samples, at least 1", "Samples per pixel");
   add_ranged<double>(verb, "--time", &render.time_s, 1e-3, kNoLimit, "a number of seconds above 0",
                      "Stop after so many seconds of rendering");
-  add_ranged<double>(verb, "--target-error", &render.target_error, 1e-30, kNoLimit, "a relMSE above 0",
-                     "Stop when the relMSE is below this, by the upper end of its 95 % interval");
+  verb->add_option_function<std::string>(
+      "--target-error",
+      [&render](const std::string& text) {
+        const std::string range = "a relMSE above 0, or denoised: and one", prefix = "denoised:";
+        render.target_denoised = text.starts_with(prefix);
+        const auto value = parse_number<double>(render.target_denoised ? text.substr(prefix.size()) : text,
+                                                "--target-error", range);
+        if (!(value >= 1e-30) || !std::isfinite(value))
+          throw Error(ErrorKind::kUsage, "--target-error " + text + ": expected " + range);
+        render.target_error = value;
+      },
+      "Stop when the relMSE is below this, by the upper end of its 95 % interval; denoised:E: when that of "
+      "the "
+      "denoised image is");
 }
 
 void add_render_options(CLI::App* verb, SceneOptions* scene) {

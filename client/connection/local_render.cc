@@ -100,7 +100,9 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   options.build = build_id();
   options.schema = kPartialSchema;
   options.lease_seconds = kLeaseSeconds;
-  options.max_attempts = 1;  // there is one worker, and what it failed at it would fail at again
+  options.denoised_errors = false;    // it would take processors from the render; a target has it in any case
+  options.denoise_threads = threads;  // which have nothing else to do then
+  options.max_attempts = 1;           // there is one worker, and what it failed at it would fail at again
   Farm farm(std::make_unique<MemoryJobStore>(false), clock, options);
   const JobId job = farm.submit(request);
   LocalResult result;

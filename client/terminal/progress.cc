@@ -24,7 +24,8 @@ double fraction_done(const JobStatus& status) {
   if (status.settings.time_s > 0) fraction = std::max(fraction, status.wall_seconds / status.settings.time_s);
   // Samples that a target error costs grow in inverse proportion to it.
   const double target = status.settings.target_error;
-  const std::optional<double>& error = status.relmse_high ? status.relmse_high : status.relmse;
+  const TargetEstimate estimate = target_estimate(status);
+  const std::optional<double>& error = estimate.high ? estimate.high : estimate.relmse;
   if (target > 0 && error && *error > 0) fraction = std::max(fraction, target / *error);
   return std::clamp(fraction, 0.0, 1.0);
 }
@@ -92,6 +93,7 @@ std::string progress_line(const JobStatus& status) {
       line += " ±" + format("%.2g", (*status.relmse_high - *status.relmse_low) / 2);
     }
   }
+  if (status.denoised_relmse) line += "  denoised " + format("%.3g", *status.denoised_relmse);
   const bool ended = status.state == JobState::kDone || status.state == JobState::kFailed ||
                      status.state == JobState::kCancelled;
   if (ended) {
@@ -139,21 +141,36 @@ void Progress::update(const JobStatus& status) {
 
 std::optional<bool> target_met(const JobStatus& status) {
   if (!(status.settings.target_error > 0)) return std::nullopt;
-  return status.relmse_high && *status.relmse_high < status.settings.target_error;
+  const std::optional<double> high = target_estimate(status).high;
+  return high && *high < status.settings.target_error;
+}
+
+TargetEstimate target_estimate(const JobStatus& status) {
+  if (status.settings.target_denoised) return {status.denoised_relmse, status.denoised_relmse_high};
+  return {status.relmse, status.relmse_high};
+}
+
+std::string target_text(const RenderSettings& settings) {
+  return (settings.target_denoised ? "denoised:" : "") + format("%.3g", settings.target_error);
 }
 
 std::string target_note(const JobStatus& status) {
   const double target = status.settings.target_error;
   if (status.state != JobState::kDone || target_met(status).value_or(true)) return "";
-  std::string note = "--target-error " + format("%.3g", target) + " was not reached in " +
+  const TargetEstimate estimate = target_estimate(status);
+  std::string note = "--target-error " + target_text(status.settings) + " was not reached in " +
                      duration_text(status.wall_seconds) + ", " + format("%.4g", status.spp) + " spp: ";
-  if (!status.relmse) return note + "an estimate of the error takes 32 spp";
-  note += "relMSE " + format("%.3g", *status.relmse);
-  if (!status.relmse_high) return note + ", whose interval takes 64 spp";
-  note += ", 95 % sure below " + format("%.3g", *status.relmse_high);
+  if (!estimate.relmse) return note + "an estimate of the error takes 32 spp";
+  note +=
+      (status.settings.target_denoised ? "denoised relMSE " : "relMSE ") + format("%.3g", *estimate.relmse);
+  if (!estimate.high) {
+    return note + (status.settings.target_denoised ? ", whose interval takes 16 boxes of 16x16 pixels"
+                                                   : ", whose interval takes 64 spp");
+  }
+  note += ", 95 % sure below " + format("%.3g", *estimate.high);
   if (status.wall_seconds > 0) {
-    note += "; about " + duration_text(status.wall_seconds * (*status.relmse_high / target - 1)) +
-            " more would do";
+    note +=
+        "; about " + duration_text(status.wall_seconds * (*estimate.high / target - 1)) + " more would do";
   }
   return note;
 }

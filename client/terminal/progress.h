@@ -25,6 +25,14 @@ std::string waiting_note(const JobStatus& status);
 /// known.
 std::string turn_text(const JobStatus& status);
 
+/// What --target-error of the job refers to: the estimate of the raw or of the denoised image, and the upper
+/// end of its interval.
+struct TargetEstimate {
+  std::optional<double> relmse, high;
+};
+TargetEstimate target_estimate(const JobStatus& status);
+/// "0.01", or "denoised:0.01", as it was given.
+std::string target_text(const RenderSettings& settings);
 /// Whether the upper end of the error's interval is below --target-error; empty without one.
 std::optional<bool> target_met(const JobStatus& status);
 /// One line about a job that ended, by its time or its samples, above its target error: what was reached, and

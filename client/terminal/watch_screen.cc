@@ -38,7 +38,8 @@ std::string error_line(const JobStatus& s) {
   if (s.relmse_low && s.relmse_high) {
     line += "  95 %: " + format("%.3g", *s.relmse_low) + " to " + format("%.3g", *s.relmse_high);
   }
-  if (target > 0) line += "  target " + format("%.3g", target);
+  if (s.denoised_relmse) line += "  denoised " + format("%.3g", *s.denoised_relmse);
+  if (target > 0) line += "  target " + target_text(s.settings);
   return line;
 }
 

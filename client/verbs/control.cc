@@ -57,6 +57,11 @@ int extend(const ControlOptions& options) {
   if (!totals.spp && !totals.time_s && !totals.target_error) {
     throw Error(ErrorKind::kUsage, "extend: give a new total by --spp, --time or --target-error");
   }
+  if (totals.target_denoised) {
+    throw Error(ErrorKind::kUsage,
+                "extend --target-error: give a number; it is of the image, raw or denoised, that the job was "
+                "submitted with");
+  }
   if (is_sequence_id(options.job)) {
     SequenceClient sequences(options.connection);
     return report(options,

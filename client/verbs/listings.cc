@@ -111,6 +111,10 @@ int job(const ListOptions& options) {
   if (s.relmse && s.relmse_low && s.relmse_high) {
     std::printf("relMSE    %.4g (95 %%: %.4g to %.4g)\n", *s.relmse, *s.relmse_low, *s.relmse_high);
   }
+  if (s.denoised_relmse && s.denoised_relmse_low && s.denoised_relmse_high) {
+    std::printf("denoised  %.4g (95 %%: %.4g to %.4g)\n", *s.denoised_relmse, *s.denoised_relmse_low,
+                *s.denoised_relmse_high);
+  }
   if (const std::string scales = scales_text(s); !scales.empty())
     std::printf("scales    %s\n", scales.c_str());
   for (const std::string& line : s.missing_light) std::printf("missing   %s\n", line.c_str());

@@ -71,10 +71,15 @@ std::string figure_cell(const std::optional<double>& value) {
 void print_curve(const ErrorCurve& curve) {
   std::printf("%10s %10s %10s %12s %25s", "wall s", "cpu s", "spp", "relMSE", "95 % interval");
   for (const int side : kBoxSides) std::printf(" %12s", ("of " + std::to_string(side) + " px").c_str());
+  bool denoised = false;
+  for (const ErrorPoint& p : curve.points) denoised |= p.denoised_relmse.has_value();
+  if (denoised) std::printf(" %12s %25s", "denoised", "95 % interval");
   std::printf("\n");
   for (const ErrorPoint& p : curve.points) {
     std::string line = figure_cell(p.relmse) + figure_cell(p.relmse_low) + figure_cell(p.relmse_high);
     for (const BoxError& box : p.boxes) line += figure_cell(box.relmse);
+    line += figure_cell(p.denoised_relmse) + figure_cell(p.denoised_relmse_low) +
+            figure_cell(p.denoised_relmse_high);
     line.erase(line.find_last_not_of(' ') + 1);
     std::printf("%10.3f %10.3f %10.4g%s\n", p.wall_seconds, p.cpu_seconds, p.spp, line.c_str());
   }

@@ -28,4 +28,12 @@ constexpr int64_t next_checkpoint(int64_t spp) {
   return superblocks * kSuperblockSamples;
 }
 
+/// Likewise of a job whose target is the error of the denoised image: 32 spp, then twice as many each time.
+/// At these both replicates have half of the samples (common/job/replicates.h), and denoising takes long.
+constexpr int64_t next_denoised_checkpoint(int64_t spp) {
+  int64_t checkpoint = 2 * kSuperblockSamples;
+  while (checkpoint <= spp) checkpoint *= 2;
+  return checkpoint;
+}
+
 }  // namespace lightmill

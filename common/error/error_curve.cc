@@ -1,6 +1,8 @@
 #include "common/error/error_curve.h"
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "common/base/error.h"
 #include "common/error/box_figures.h"
@@ -21,6 +23,20 @@ std::optional<double> optional_number(const Json& point, const std::string& key)
 
 }  // namespace
 
+std::vector<ErrorPoint> newest_points(std::vector<ErrorPoint> stored) {
+  std::vector<ErrorPoint> points;
+  std::map<double, size_t> at;
+  for (ErrorPoint& point : stored) {
+    const auto [place, is_new] = at.emplace(point.spp, points.size());
+    if (is_new) {
+      points.push_back(std::move(point));
+    } else {
+      points[place->second] = std::move(point);
+    }
+  }
+  return points;
+}
+
 std::string curve_to_json(const ErrorCurve& curve) {
   Json points = Json::array();
   for (const ErrorPoint& p : curve.points) {
@@ -33,7 +49,10 @@ std::string curve_to_json(const ErrorCurve& curve) {
                       {"batches", p.batches},
                       {"true_relmse", optional_json(p.true_relmse)},
                       {"true_relmse_trimmed", optional_json(p.true_relmse_trimmed)},
-                      {"true_flip", optional_json(p.true_flip)}});
+                      {"true_flip", optional_json(p.true_flip)},
+                      {"denoised_relmse", optional_json(p.denoised_relmse)},
+                      {"denoised_relmse_low", optional_json(p.denoised_relmse_low)},
+                      {"denoised_relmse_high", optional_json(p.denoised_relmse_high)}});
     for (const BoxFigure& figure : box_figures())
       points.back()[figure.name] = optional_json(figure.of(p.boxes));
   }
@@ -59,6 +78,9 @@ ErrorCurve curve_from_json(const std::string& text) {
       p.true_relmse = optional_number(point, "true_relmse");
       p.true_relmse_trimmed = optional_number(point, "true_relmse_trimmed");
       p.true_flip = optional_number(point, "true_flip");
+      p.denoised_relmse = optional_number(point, "denoised_relmse");
+      p.denoised_relmse_low = optional_number(point, "denoised_relmse_low");
+      p.denoised_relmse_high = optional_number(point, "denoised_relmse_high");
       for (const BoxFigure& figure : box_figures()) figure.of(p.boxes) = optional_number(point, figure.name);
       curve.points.push_back(p);
     }

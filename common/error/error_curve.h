@@ -33,18 +33,25 @@ struct ErrorPoint {
   // Only with a reference image:
   std::optional<double> true_relmse, true_relmse_trimmed, true_flip;
   BoxErrors boxes = {};
+  /// Of the image denoised, with its 95 % interval (common/image/denoise/): of some points, of jobs that ask.
+  std::optional<double> denoised_relmse = {}, denoised_relmse_low = {}, denoised_relmse_high = {};
 };
 
-/// The rule of --target-error: the upper end of the interval is below the target (0: none). Applied at
-/// checkpoints (checkpoints.h) only.
-inline bool meets_target(const ErrorPoint& point, double target) {
-  return target > 0 && point.relmse_high && *point.relmse_high < target;
+/// The rule of --target-error: the upper end of the interval is below the target (0: none); `denoised`: that
+/// of the denoised image. Applied at checkpoints (checkpoints.h) only.
+inline bool meets_target(const ErrorPoint& point, double target, bool denoised = false) {
+  const std::optional<double>& high = denoised ? point.denoised_relmse_high : point.relmse_high;
+  return target > 0 && high && *high < target;
 }
 
 struct ErrorCurve {
   std::string job_name;
   std::vector<ErrorPoint> points;
 };
+
+/// A point is stored again once its image was denoised: of those of equal spp the last one stays, where the
+/// first one was.
+std::vector<ErrorPoint> newest_points(std::vector<ErrorPoint> stored);
 
 /// JSON, the form that is stored and sent. curve_from_json throws Error(kFailed).
 std::string curve_to_json(const ErrorCurve& curve);

@@ -70,6 +70,8 @@ struct JobStatus {
   double turn_seconds = -1;       // until its turn comes, about; -1: unknown, or it does not wait
   std::optional<double> relmse, relmse_low, relmse_high;  // last point of the curve
   BoxErrors boxes;                                        // of that point
+  std::optional<double> denoised_relmse, denoised_relmse_low,
+      denoised_relmse_high;  // of an earlier point, maybe
   RenderCounters counters;
   DroppedShares dropped;
   std::vector<std::string> missing_light;  // what light the image will lack, a line each, for people

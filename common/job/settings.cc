@@ -41,6 +41,12 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
   if (!std::isfinite(s.target_error) || s.target_error < 0)
     throw Error(kind, "the target error must be a positive number");
   const PixelRect& c = s.grid.crop;
+  if (s.target_denoised && (s.aovs & kAovsToDenoise) != kAovsToDenoise)
+    throw Error(kind, "a target error of the denoised image wants --aov denoise");
+  if (s.target_denoised && c.area() > kMaxDenoisedErrorPixels) {
+    throw Error(kind, "a target error of the denoised image is for at most " +
+                          std::to_string(kMaxDenoisedErrorPixels) + " pixels");
+  }
   if (c.empty() || c.x0 < 0 || c.y0 < 0 || c.x1 > s.grid.width || c.y1 > s.grid.height) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
@@ -110,6 +116,7 @@ std::string settings_to_json(const RenderSettings& s) {
   text.add_raw("plan", s.plan ? plan_to_json(*s.plan) : "null");
   text.add("seed", s.seed);
   text.add("spp", s.spp);
+  if (s.target_denoised) text.add("target_denoised", true);
   text.add("target_error", s.target_error);
   text.add("time_s", s.time_s);
   text.add("uniform_sampling", s.uniform_sampling);
@@ -142,10 +149,11 @@ RenderSettings settings_from_json(const std::string& text) {
     // Jobs of early versions lack some.
     const bool knows_uniform_sampling = j.contains("uniform_sampling"),
                knows_interleaved = j.contains("interleaved");
-    if (j.size() !=
-        12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs") + j.contains("light_groups"))
+    if (j.size() != 12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs") +
+                        j.contains("light_groups") + j.contains("target_denoised"))
       usage(
-          "render settings: exactly 14 fields are expected, and aovs and light groups where there are some");
+          "render settings: exactly 14 fields are expected, and aovs, light groups and target_denoised where "
+          "there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -160,6 +168,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.seed = j.at("seed").get<uint64_t>();
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
+    s.target_denoised = j.contains("target_denoised") && j.at("target_denoised").get<bool>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
     s.grid.interleaved = knows_interleaved && j.at("interleaved").get<bool>();
     s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_sampling").get<bool>();

@@ -28,6 +28,10 @@ inline constexpr int kMaxResolution = 65536;
 /// Most samples per pixel. A job whose only stop rule is a time or a target error has as many.
 inline constexpr int64_t kMaxSpp = int64_t{1} << 31;
 
+/// Largest image whose error after denoising is estimated, pixels: more take too long, 20 s of a processor
+/// for a million pixels, and too much memory, 600 bytes a pixel.
+inline constexpr int64_t kMaxDenoisedErrorPixels = 2'500'000;
+
 /// Everything that, with the bundle digest, determines a partial's bytes; and the stop rule.
 struct RenderSettings {
   Integrator integrator = Integrator::kBdpt;
@@ -35,8 +39,9 @@ struct RenderSettings {
   int64_t spp = 16;   // samples per pixel in total
   int max_depth = 5;  // scattering events (pbrt's meaning); kUnlimitedDepth for no limit
   uint64_t seed = 0;
-  double time_s = 0;        // 0: none
-  double target_error = 0;  // 0: none
+  double time_s = 0;             // 0: none
+  double target_error = 0;       // 0: none
+  bool target_denoised = false;  // it is that of the image denoised; wants kAovsToDenoise
   /// Rough metals get back the energy that a single bounce between facets loses. pbrt's images are without.
   bool energy_compensation = false;
   /// The plan in place of the integrator's own. With kAuto: what the pilot chose; empty before.

@@ -184,6 +184,9 @@ v1::JobStatus to_proto(const JobStatus& s) {
   set_if(s.relmse_low, [&](double v) { m.set_relmse_low(v); });
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
   boxes_to_proto(s.boxes, m.mutable_boxes());
+  set_if(s.denoised_relmse, [&](double v) { m.set_denoised_relmse(v); });
+  set_if(s.denoised_relmse_low, [&](double v) { m.set_denoised_relmse_low(v); });
+  set_if(s.denoised_relmse_high, [&](double v) { m.set_denoised_relmse_high(v); });
   *m.mutable_counters() = counters_to_proto(s.counters);
   dropped_to_proto(s.dropped, m.mutable_dropped());
   for (const std::string& line : s.missing_light) m.add_missing_light(valid_utf8(line));
@@ -224,6 +227,9 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.relmse_low = get_if(m.has_relmse_low(), m.relmse_low());
   s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());
   s.boxes = boxes_from_proto(m.boxes());
+  s.denoised_relmse = get_if(m.has_denoised_relmse(), m.denoised_relmse());
+  s.denoised_relmse_low = get_if(m.has_denoised_relmse_low(), m.denoised_relmse_low());
+  s.denoised_relmse_high = get_if(m.has_denoised_relmse_high(), m.denoised_relmse_high());
   s.counters = counters_from_proto(m.counters());
   s.dropped = dropped_from_proto(m.dropped());
   s.missing_light.assign(m.missing_light().begin(), m.missing_light().end());
@@ -393,6 +399,9 @@ v1::ErrorCurve to_proto(const ErrorCurve& curve) {
     set_if(p.true_relmse_trimmed, [&](double v) { q.set_true_relmse_trimmed(v); });
     set_if(p.true_flip, [&](double v) { q.set_true_flip(v); });
     boxes_to_proto(p.boxes, q.mutable_boxes());
+    set_if(p.denoised_relmse, [&](double v) { q.set_denoised_relmse(v); });
+    set_if(p.denoised_relmse_low, [&](double v) { q.set_denoised_relmse_low(v); });
+    set_if(p.denoised_relmse_high, [&](double v) { q.set_denoised_relmse_high(v); });
   }
   return m;
 }
@@ -413,6 +422,9 @@ ErrorCurve from_proto(const v1::ErrorCurve& m) {
     p.true_relmse_trimmed = get_if(q.has_true_relmse_trimmed(), q.true_relmse_trimmed());
     p.true_flip = get_if(q.has_true_flip(), q.true_flip());
     p.boxes = boxes_from_proto(q.boxes());
+    p.denoised_relmse = get_if(q.has_denoised_relmse(), q.denoised_relmse());
+    p.denoised_relmse_low = get_if(q.has_denoised_relmse_low(), q.denoised_relmse_low());
+    p.denoised_relmse_high = get_if(q.has_denoised_relmse_high(), q.denoised_relmse_high());
     curve.points.push_back(p);
   }
   return curve;

@@ -104,7 +104,8 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   if (options.overrides) s.overrides = features_named(*options.overrides);
   s.uniform_sampling = options.uniform_sampling;
   s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
-  if (options.denoise) s.aovs |= kAovsToDenoise;
+  if (options.denoise || options.target_denoised) s.aovs |= kAovsToDenoise;
+  s.target_denoised = options.target_denoised;
   if (s.aovs & kAovLightGroups) s.light_groups = light_groups_of(scene);
   if (s.plan && s.uniform_sampling) s.plan->allocation = {};
   leave_out_impossible(scene, options, &s);

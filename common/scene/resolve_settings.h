@@ -17,6 +17,7 @@ struct RenderOptions {
   std::optional<int64_t> spp;
   std::optional<double> time_s;        // stop after so many seconds of render wall time
   std::optional<double> target_error;  // stop below this relMSE (error_curve.h, meets_target)
+  bool target_denoised = false;        // of the image denoised; also records what that goes by
   std::optional<int> max_depth;        // kUnlimitedDepth for "unlimited"
   std::optional<uint64_t> seed;
   std::optional<int> width, height;

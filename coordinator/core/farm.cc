@@ -204,6 +204,7 @@ void Farm::tick() {
   }
   impl_->checks.take_back_lies();
   impl_->ends.settle_complete();
+  impl_->ends.look_at_waiting();
   impl_->budgets.spend();
 }
 

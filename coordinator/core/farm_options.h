@@ -28,7 +28,11 @@ struct FarmOptions {
   std::optional<double> unix_offset{};
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
-  bool tells_ends = false;       // ends of jobs are kept for Farm::untold_ends() until they are told
+  /// Jobs that record what denoising goes by get the error of the denoised image on their curves. Those whose
+  /// target it is do so in any case.
+  bool denoised_errors = true;
+  int denoise_threads = 1;  // for that
+  bool tells_ends = false;  // ends of jobs are kept for Farm::untold_ends() until they are told
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
   /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is

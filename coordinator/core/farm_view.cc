@@ -106,6 +106,11 @@ JobStatus FarmView::status(const Job& job, double now) const {
     s.relmse_high = job.last_estimate->relmse_high;
     s.boxes = job.last_estimate->boxes;
   }
+  if (job.last_denoised) {
+    s.denoised_relmse = job.last_denoised->denoised_relmse;
+    s.denoised_relmse_low = job.last_denoised->denoised_relmse_low;
+    s.denoised_relmse_high = job.last_denoised->denoised_relmse_high;
+  }
   s.workers = job.tiles.workers();
   s.version = job.version;
   return s;

@@ -255,7 +255,8 @@ JobRecord JobDesk::extended(Job& job, const RenderSettings& settings, double now
   }
   JobRecord record = JobTable::record_at(job, now);
   record.settings = settings;
-  record.target_met = job.last_estimate && meets_target(*job.last_estimate, settings.target_error);
+  const std::optional<ErrorPoint>& last = target_estimate(job);
+  record.target_met = last && meets_target(*last, settings.target_error, settings.target_denoised);
   record.packets_done = count_packets(jobs_.ledger(job), settings.spp);
   if (record.state == JobState::kDone) record.state = runnable_state(job);
   return record;

@@ -54,7 +54,7 @@ Image JobResults::error_map(const JobId& id) const {
 
 ErrorCurve JobResults::curve(const JobId& id) const {
   const std::lock_guard lock(farm_.mutex);
-  return {jobs_.get(id).record.name, farm_.store->curve(id)};
+  return {jobs_.get(id).record.name, newest_points(farm_.store->curve(id))};
 }
 
 std::optional<PilotReport> JobResults::pilot(const JobId& id) const {

@@ -71,9 +71,10 @@ bool JobTable::load_curves(const Sequence& sequence, size_t most) {
 
 void JobTable::load_curve(Job& job) {
   if (job.curve_loaded) return;
-  for (const ErrorPoint& point : farm_.store->curve(job.record.id)) {
+  for (const ErrorPoint& point : newest_points(farm_.store->curve(job.record.id))) {
     job.last_point = point;
     if (point.relmse) job.last_estimate = point;
+    if (point.denoised_relmse) job.last_denoised = point, job.denoised_spp = point.spp;
   }
   job.curve_loaded = true;
 }

@@ -218,6 +218,8 @@ void SpotChecks::retract(Job& job, Retraction retraction, Merger::Open& layers) 
   job.liars.clear();
   job.last_point.reset();
   job.last_estimate.reset();
+  job.last_denoised.reset();
+  job.denoised_spp = 0;
 }
 
 void SpotChecks::drop_lonely(double now) {

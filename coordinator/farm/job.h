@@ -53,6 +53,9 @@ struct Job {
   int failures_in_row = 0;                  // failed tiles without a commit in between
   std::optional<ErrorPoint> last_point;     // of the curve
   std::optional<ErrorPoint> last_estimate;  // last one with a relMSE
+  std::optional<ErrorPoint> last_denoised;  // last one with the error of the denoised image
+  double denoised_spp = 0;                  // up to which that error was looked at, or could not be
+  bool denoising = false;                   // it is being estimated
   RecentSamples recent;
   mutable Punctuality punctuality;
   double commit_bytes = 0,
@@ -75,6 +78,17 @@ struct Job {
 inline bool is_runnable(const Job& job) {
   return job.fault.empty() && !job.lacks_file &&
          (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
+}
+
+/// The last estimate of what its target error is of.
+inline const std::optional<ErrorPoint>& target_estimate(const Job& job) {
+  return job.record.settings.target_denoised ? job.last_denoised : job.last_estimate;
+}
+/// The upper end of that error's interval.
+inline std::optional<double> target_estimate_high(const Job& job) {
+  const std::optional<ErrorPoint>& last = target_estimate(job);
+  if (!last) return std::nullopt;
+  return job.record.settings.target_denoised ? last->denoised_relmse_high : last->relmse_high;
 }
 
 /// The worker may work for the job: its pool and its arithmetic class are the job's, and it has more memory

@@ -94,9 +94,9 @@ double seconds_left(const Job& job, double now) {
   const RenderSettings& settings = job.record.settings;
   const bool ends = settings.spp < kMaxSpp || settings.time_s > 0;
   const double eta = ends ? eta_seconds(job, now) : -1;
-  if (!(settings.target_error > 0) || !job.last_estimate || !job.last_estimate->relmse_high) return eta;
-  const double left =
-      std::max(0.0, wall_seconds(job, now) * (*job.last_estimate->relmse_high / settings.target_error - 1));
+  const std::optional<double> high = target_estimate_high(job);
+  if (!(settings.target_error > 0) || !high) return eta;
+  const double left = std::max(0.0, wall_seconds(job, now) * (*high / settings.target_error - 1));
   return eta < 0 ? left : std::min(eta, left);
 }
 

@@ -21,12 +21,20 @@ constexpr double kHeavySplatBytes = 200e3;  // a smaller layer costs no more tha
 constexpr double kPointSpacing = 1.25;      // points of the curve are this far apart in spp
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
 
+/// Whether so many samples are one of the checkpoints of the job's target error.
+bool is_checkpoint(const RenderSettings& settings, int64_t samples) {
+  return samples > 0 && (settings.target_denoised ? next_denoised_checkpoint(samples - 1)
+                                                  : next_checkpoint(samples - 1)) == samples;
+}
+
 /// True while what is planned ends at a checkpoint that may turn out to meet the target error.
 bool awaits_checkpoint(const Job& job) {
   const double target = job.record.settings.target_error;
   const int64_t samples = job.tiles.planned_samples();
-  if (!(target > 0) || samples < kMinSamplesForTarget || next_checkpoint(samples - 1) != samples)
-    return false;
+  if (!(target > 0) || !is_checkpoint(job.record.settings, samples)) return false;
+  // The last word on a denoised image comes late, so the next samples always wait for it.
+  if (job.record.settings.target_denoised) return job.denoised_spp < static_cast<double>(samples);
+  if (samples < kMinSamplesForTarget) return false;
   const auto planned = static_cast<double>(samples);
   if (job.last_point && job.last_point->spp >= planned) return false;  // looked at
   // Error falls as 1/samples. Where even the lower end of the interval stays above the target there is no
@@ -61,10 +69,18 @@ bool is_planned_out(const Job& job, double now) {
   return awaits_checkpoint(job);
 }
 
+bool awaits_denoised_error(const Job& job) {
+  const RenderSettings& settings = job.record.settings;
+  const int64_t complete = job.tiles.complete_samples();
+  return settings.target_denoised && settings.target_error > 0 && !job.record.target_met &&
+         is_checkpoint(settings, complete) && job.denoised_spp < static_cast<double>(complete);
+}
+
 bool point_due(const Job& job) {
   const int64_t complete = job.tiles.complete_samples();
   if (complete <= 0) return false;
-  if (job.record.settings.target_error > 0) {
+  if (awaits_denoised_error(job) && !job.denoising) return true;
+  if (job.record.settings.target_error > 0 && !job.record.settings.target_denoised) {
     const double looked_at = job.last_point ? job.last_point->spp : 0;
     return static_cast<double>(complete) > looked_at && next_checkpoint(complete - 1) == complete;
   }
@@ -97,6 +113,7 @@ std::vector<TileSpec> RoundPlanner::next_round(const Job& job, double now) const
   input.splats = splat_layer_bytes(settings) >= kHeavySplatBytes;
   input.halves = settings.aovs & kAovDifference;
   input.to_checkpoint = settings.target_error > 0;
+  input.denoised_checkpoint = settings.target_denoised;
   obey_ingest(job, &input);
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
   return plan_round(input);

@@ -13,6 +13,8 @@ namespace lightmill {
 int fitting_workers(const WorkerTable& workers, const Job& job, double now, double* mean_speed = nullptr);
 /// No further round is opened before those that there are have ended.
 bool is_planned_out(const Job& job, double now);
+/// The job waits for the error of its denoised image: it neither ends nor gets another round before.
+bool awaits_denoised_error(const Job& job);
 /// True if a round end asks for a new point of the curve.
 bool point_due(const Job& job);
 

@@ -304,6 +304,7 @@ bool Scheduler::rendered(const Job& job, double now) const {
   if (is_final(job.record.state) || job.tiles.leased_count() > 0 || job.tiles.rounds().empty()) return false;
   const bool up = time_is_up(job, now);
   if (job.tiles.next_pending([&](const TileRecord& tile) { return in_time(tile, up); })) return false;
+  if (awaits_denoised_error(job)) return false;
   return rounds_.next_round(job, now).empty();
 }
 

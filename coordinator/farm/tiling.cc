@@ -92,7 +92,10 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
     end =
         std::min({first + count, (first / group + 1) * group, replicate_run_end(first)}) * kSuperblockSamples;
   }
-  if (in.to_checkpoint) end = std::min(end, next_checkpoint(in.begin));
+  if (in.to_checkpoint) {
+    end = std::min(end,
+                   in.denoised_checkpoint ? next_denoised_checkpoint(in.begin) : next_checkpoint(in.begin));
+  }
   end = std::min(end, in.spp);
   const double affordable = affordable_spp(in);
   // A first picture is owed in any case.

@@ -23,8 +23,9 @@ struct TilingInput {
   int64_t min_superblocks = 1;
   double seconds_left = -1;    // of --time; negative: no limit
   bool to_checkpoint = false;  // of a job with a target error: the round ends at a checkpoint at the latest
-  bool splats = false;         // partials have splats, over a crop window large enough to make them heavy
-  bool halves = false;         // the film keeps a half of the samples apart (common/film/halves/half_film.h)
+  bool denoised_checkpoint = false;  // those are next_denoised_checkpoint()
+  bool splats = false;  // partials have splats, over a crop window large enough to make them heavy
+  bool halves = false;  // the film keeps a half of the samples apart (common/film/halves/half_film.h)
   int64_t min_tile_samples = 0;  // with splats: least samples of a tile by the ingest budget
 };
 

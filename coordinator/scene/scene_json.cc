@@ -32,6 +32,7 @@ json options_to_json(const RenderOptions& o) {
   put(&object, "crop", o.crop);
   put(&object, "aovs", o.aovs);
   put(&object, "overrides", o.overrides);
+  object["target_denoised"] = o.target_denoised;
   object["uniform_sampling"] = o.uniform_sampling;
   object["energy_compensation"] = o.energy_compensation;
   return object;
@@ -50,6 +51,7 @@ RenderOptions options_from_json(const json& object) {
   take(object, "crop", &o.crop);
   take(object, "aovs", &o.aovs);
   take(object, "overrides", &o.overrides);
+  o.target_denoised = object.at("target_denoised").get<bool>();
   o.uniform_sampling = object.at("uniform_sampling").get<bool>();
   o.energy_compensation = object.at("energy_compensation").get<bool>();
   return o;

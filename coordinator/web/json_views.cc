@@ -67,10 +67,14 @@ json job_view(const JobStatus& job) {
   if (settings.spp < kMaxSpp) row["spp_total"] = settings.spp;
   if (settings.time_s > 0) row["time_limit"] = number(settings.time_s);
   if (settings.target_error > 0) row["target_error"] = number(settings.target_error);
+  if (settings.target_denoised) row["target_denoised"] = true;
   put_dropped(&row, job);
   put(&row, "relmse", job.relmse);
   put(&row, "relmse_low", job.relmse_low);
   put(&row, "relmse_high", job.relmse_high);
+  put(&row, "denoised_relmse", job.denoised_relmse);
+  put(&row, "denoised_relmse_low", job.denoised_relmse_low);
+  put(&row, "denoised_relmse_high", job.denoised_relmse_high);
   for (const BoxFigure& figure : box_estimates()) put(&row, figure.name.c_str(), figure.of(job.boxes));
   return row;
 }
@@ -142,6 +146,9 @@ json curve_view(const ErrorCurve& curve, size_t from) {
     put(&point, "relmse", p.relmse);
     put(&point, "relmse_low", p.relmse_low);
     put(&point, "relmse_high", p.relmse_high);
+    put(&point, "denoised_relmse", p.denoised_relmse);
+    put(&point, "denoised_relmse_low", p.denoised_relmse_low);
+    put(&point, "denoised_relmse_high", p.denoised_relmse_high);
     put(&point, "true_relmse", p.true_relmse);
     put(&point, "true_flip", p.true_flip);
     for (const BoxFigure& figure : box_figures()) put(&point, figure.name.c_str(), figure.of(p.boxes));

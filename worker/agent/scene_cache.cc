@@ -21,6 +21,7 @@ std::string key_of(Key key, const std::string& bundle_digest, RenderSettings set
   settings.spp = 1;
   settings.time_s = 0;
   settings.target_error = 0;
+  settings.target_denoised = false;
   if (key == Key::kScene) {
     if (settings.integrator != Integrator::kPt) settings.integrator = Integrator::kAuto;
     settings.plan.reset();

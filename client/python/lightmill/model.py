@@ -129,6 +129,9 @@ class JobStatus:
     waiting: str = ""  # why no worker has a tile of it; empty: it does not wait
     waits_behind: str = ""  # id of the job that it waits for, of a sequence a frame's
     turn_seconds: float | None = None  # until its turn comes, about; None: unknown, or it does not wait
+    denoised_relmse: float | None = None  # of the image denoised; the next two are its 95 % interval
+    denoised_relmse_low: float | None = None
+    denoised_relmse_high: float | None = None
 
     @property
     def progress(self) -> float:
@@ -203,6 +206,9 @@ class ErrorPoint:
     true_relmse_trimmed: float | None = None
     true_flip: float | None = None
     boxes: list[BoxError] = dataclasses.field(default_factory=list)
+    denoised_relmse: float | None = None  # of the image denoised; the next two are its 95 % interval
+    denoised_relmse_low: float | None = None
+    denoised_relmse_high: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)

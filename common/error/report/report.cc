@@ -29,18 +29,24 @@ std::string csv_header() {
   return header;
 }
 
+/// The last columns, which files of versions without them lack.
+constexpr const char* kDenoisedColumns = ",denoised_relmse,denoised_relmse_low,denoised_relmse_high";
+constexpr size_t kDenoisedFigures = 3;
+
 std::string cell(const std::optional<double>& value) { return value ? exact_number(*value) : ""; }
 
 }  // namespace
 
 std::string error_csv(const ErrorCurve& curve) {
-  std::string csv = csv_header() + "\n";
+  std::string csv = csv_header() + kDenoisedColumns + "\n";
   for (const ErrorPoint& p : curve.points) {
     csv += exact_number(p.wall_seconds) + "," + exact_number(p.cpu_seconds) + "," + exact_number(p.spp) +
            "," + cell(p.relmse) + "," + cell(p.relmse_low) + "," + cell(p.relmse_high) + "," +
            std::to_string(p.batches) + "," + cell(p.true_relmse) + "," + cell(p.true_relmse_trimmed) + "," +
            cell(p.true_flip);
     for (const BoxFigure& figure : box_figures()) csv += "," + cell(figure.of(p.boxes));
+    csv += "," + cell(p.denoised_relmse) + "," + cell(p.denoised_relmse_low) + "," +
+           cell(p.denoised_relmse_high);
     csv += "\n";
   }
   return csv;
@@ -102,14 +108,17 @@ std::string result_rows(const ErrorPoint& p, const ReportInfo& info, const Image
 
 std::string curve_rows(const ErrorCurve& curve) {
   std::string html =
-      "<table>\n<tr><th>wall</th><th>CPU</th><th>spp</th><th>estimated relMSE</th><th>true relMSE</th>"
+      "<table>\n<tr><th>wall</th><th>CPU</th><th>spp</th><th>estimated relMSE</th><th>denoised</th><th>true "
+      "relMSE</th>"
       "<th>trimmed</th><th>FLIP</th></tr>\n";
   const auto number = [](const std::optional<double>& v) { return v ? short_number(*v) : std::string(); };
   for (const ErrorPoint& p : curve.points) {
     html += "<tr><td>" + short_duration(p.wall_seconds) + "</td><td>" + short_duration(p.cpu_seconds) +
             "</td><td>" + short_number(p.spp, 6) + "</td><td>" +
-            interval_text(p.relmse, p.relmse_low, p.relmse_high) + "</td><td>" + number(p.true_relmse) +
-            "</td><td>" + number(p.true_relmse_trimmed) + "</td><td>" + number(p.true_flip) + "</td></tr>\n";
+            interval_text(p.relmse, p.relmse_low, p.relmse_high) + "</td><td>" +
+            interval_text(p.denoised_relmse, p.denoised_relmse_low, p.denoised_relmse_high) + "</td><td>" +
+            number(p.true_relmse) + "</td><td>" + number(p.true_relmse_trimmed) + "</td><td>" +
+            number(p.true_flip) + "</td></tr>\n";
   }
   return html + "</table>\n";
 }
@@ -162,9 +171,12 @@ ErrorCurve read_report_csv(const std::string& path) {
     };
     if (!text.empty() && text.back() == '\r') text.pop_back();
     if (line == 1) {
-      const std::string header = csv_header();
-      if (text != header && text != kOlderCsvHeader) fail("expected the header \"" + header + "\"");
-      columns = kOlderCsvColumns + (text == header ? box_figures().size() : 0);
+      const std::string scales = csv_header(), header = scales + kDenoisedColumns;
+      if (text != header && text != scales && text != kOlderCsvHeader)
+        fail("expected the header \"" + header + "\"");
+      columns = kOlderCsvColumns;
+      if (text != kOlderCsvHeader) columns += box_figures().size();
+      if (text == header) columns += kDenoisedFigures;
       continue;
     }
     std::vector<std::optional<double>> cells;
@@ -200,8 +212,14 @@ ErrorCurve read_report_csv(const std::string& path) {
     p.true_relmse = cells[7];
     p.true_relmse_trimmed = cells[8];
     p.true_flip = cells[9];
-    for (size_t i = kOlderCsvColumns; i < columns; ++i) {
+    const size_t scales = kOlderCsvColumns + box_figures().size();
+    for (size_t i = kOlderCsvColumns; i < std::min(columns, scales); ++i) {
       box_figures()[i - kOlderCsvColumns].of(p.boxes) = cells[i];
+    }
+    if (columns > scales) {
+      p.denoised_relmse = cells[scales];
+      p.denoised_relmse_low = cells[scales + 1];
+      p.denoised_relmse_high = cells[scales + 2];
     }
     curve.points.push_back(p);
   }

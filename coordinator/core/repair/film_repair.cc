@@ -192,6 +192,8 @@ void FilmRepair::render_again(const JobId& id, Salvage salvage, const std::strin
   job.fault.clear();
   job.last_point.reset();
   job.last_estimate.reset();
+  job.last_denoised.reset();
+  job.denoised_spp = 0;
   job.recent.clear();
   farm_.scheduler.state_changed(job);
   farm_.touch(job);

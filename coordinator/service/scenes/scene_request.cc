@@ -60,6 +60,7 @@ RenderOptions options_of(const v1::SceneRequest& request) {
   if (request.has_spp()) options.spp = within<int64_t>("spp", request.spp(), 1, kMaxSpp);
   if (request.has_time_seconds()) options.time_s = from_zero("time_seconds", request.time_seconds());
   if (request.has_target_error()) options.target_error = from_zero("target_error", request.target_error());
+  options.target_denoised = request.target_denoised();
   if (request.has_max_depth()) {
     const int depth = within<int>("max_depth", request.max_depth(), 0, kUnlimitedDepth);
     options.max_depth = depth == 0 ? kUnlimitedDepth : depth;
