@@ -227,16 +227,25 @@ void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, i
       check_part_splats(part.splats, grid);
     }
   }
-  const std::vector<ExactRgb>&weights = sums.layers[kWeightsLayer], &depths = sums.layers[kDepthLayer];
+  const std::vector<ExactRgb>& weights = sums.layers[kWeightsLayer];
   for (const ExactRgb& sum : weights) {
     // A sample of the least level has the largest weight.
     if (sum.c[0] > static_cast<Units>(samples) * (kWeightOne << -kLeastLevel) ||
         sum.c[1] > static_cast<Units>(most))
       refuse_partial("more weight than samples");
   }
-  for (size_t i = 0; i < depths.size(); ++i) {
-    if (depths[i].c[1] > (weights.empty() ? static_cast<Units>(samples) : weights[i].c[0]))
-      refuse_partial("more hits than samples");
+  const auto check_hits = [&](AovLayer layer, size_t c) {
+    const std::vector<ExactRgb>& hits = sums.layers[layer];
+    for (size_t i = 0; i < hits.size(); ++i) {
+      if (hits[i].c[c] > (weights.empty() ? static_cast<Units>(samples) : weights[i].c[0]))
+        refuse_partial("more hits than samples");
+    }
+  };
+  check_hits(kDepthLayer, 1);
+  check_hits(kUvLayer, 2);
+  const std::vector<ExactRgb>&albedo = sums.layers[kAlbedoLayer], &diffuse = sums.layers[kDiffuseAlbedoLayer];
+  for (size_t i = 0; i < std::min(albedo.size(), diffuse.size()); ++i) {
+    if (!within(diffuse[i], albedo[i])) refuse_partial("more diffuse albedo than albedo");
   }
   const std::vector<ExactRgb>& direct = sums.layers[kDirectLayer];
   for (size_t i = 0; i < direct.size(); ++i) {

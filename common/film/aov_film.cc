@@ -24,13 +24,18 @@ struct PixelSums {
   const std::vector<ExactRgb>& direct_splat;
   const std::vector<GroupLayers>&groups, &lobes;
   const HalfFilm& half;
+  const MatteFilm& mattes;
   size_t pixel;       // in packet order
   size_t film_pixel;  // the same one's place in the image
+  size_t cell;        // the one that it is in, and its place there
+  size_t in_cell;
   int64_t samples;
   int64_t half_samples;
 
   Units of(AovLayer layer, int c) const { return sums.layers[layer][pixel].c[c]; }
   int64_t hits() const { return static_cast<int64_t>(of(kDepthLayer, 1)); }
+  /// Of a layer that counts its own.
+  int64_t hits_of(AovLayer layer) const { return static_cast<int64_t>(of(layer, 2)); }
   /// What all but radiance is a mean over, hits among it; and the number of camera samples.
   int64_t weights() const {
     return sums.spec.weighted ? static_cast<int64_t>(of(kWeightsLayer, 0)) : samples;
@@ -127,6 +132,16 @@ struct PixelSums {
                            samples, count(), colour.quantum_exponent);
       case kAovDifference:
         return difference(c);
+      case kAovUv:
+        return hits_of(kUvLayer) > 0 ? uv_of(of(kUvLayer, c), hits_of(kUvLayer)) : 0;
+      case kAovDiffuseAlbedo:
+        return weights() > 0 ? albedo_of(of(kDiffuseAlbedoLayer, c), weights()) : 0;
+      case kAovSpecularAlbedo:
+        return weights() > 0 ? albedo_of(of(kAlbedoLayer, c) - of(kDiffuseAlbedoLayer, c), weights()) : 0;
+      case kAovObjectId:
+        return mattes.id(cell, in_cell, kObjectMatte);
+      case kAovMaterialId:
+        return mattes.id(cell, in_cell, kMaterialMatte);
       default:
         return static_cast<double>(count());
     }
@@ -212,7 +227,18 @@ void get_parts(size_t pixels, ByteReader* in, std::vector<GroupLayers>* parts) {
   }
 }
 
-int channels_of(Aovs aov) { return aov & (kAovDepth | kAovAlpha | kAovSamples) ? 1 : 3; }
+int channels_of(Aovs aov) {
+  if (aov & (kAovDepth | kAovAlpha | kAovSamples | kAovsOfIds)) return 1;
+  return aov & kAovUv ? 2 : 3;
+}
+
+/// The AOVs whose channels come before those of halves, groups and mattes, and after them (aov_channels).
+constexpr Aovs kFirstAovs = kAovLightGroups - 1, kLastAovs = kAllAovs & ~(kAovUv - 1) & ~kAovLobes;
+
+/// Whether a snapshot says of a layer if it is there. Of the oldest layers it always does.
+bool is_stored(const AovSpec& spec, size_t layer) {
+  return layer < kWeightsLayer || has_layer(spec, static_cast<int>(layer));
+}
 
 }  // namespace
 
@@ -222,7 +248,7 @@ void AovFilm::check(const Partial& partial, bool first) const {
                                         aov_names(partial.aovs.spec.set) + "\", not \"" +
                                         aov_names(sums_.spec.set) + "\"");
   }
-  const int64_t cells = partial.aovs.spec.set & kAovsOfCryptomatte ? partial.tile.cells.count() : 0;
+  const int64_t cells = partial.aovs.spec.set & kAovsOfCounts ? partial.tile.cells.count() : 0;
   if (std::ssize(partial.mattes.cells) != cells)
     throw Error(ErrorKind::kFailed, "partial has counts for Cryptomatte of another size than its tile");
   mattes_.check(partial.mattes);
@@ -239,7 +265,7 @@ void AovFilm::fold(const Partial& partial, const Whole& whole) {
   add_splats(grid, from.direct_splats, false, &direct_splat_);
   fold_parts(grid, r, from.groups, &groups_);
   fold_parts(grid, r, from.lobes, &lobes_);
-  if (from.spec.set & kAovsOfCryptomatte) mattes_.fold(grid, partial.tile.cells, partial.mattes);
+  if (from.spec.set & kAovsOfCounts) mattes_.fold(grid, partial.tile.cells, partial.mattes);
   if (from.spec.set & kAovDifference) {
     half_.fold(partial, {whole.camera, whole.splat, sums_, groups_, whole.cell_samples, whole.light_paths});
   }
@@ -268,15 +294,21 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
                          groups_,
                          lobes_,
                          half_,
+                         mattes_,
                          pixel,
                          film_pixel,
+                         cell,
+                         entry(int64_t{y % kCellSize} * kCellSize + x % kCellSize),
                          colour.samples(cx, cy),
                          half_.samples(cell)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
-      for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
-        if (!(set & aov) || aov & (kAovLightGroups | kAovsOfCryptomatte | kAovLobes)) continue;
-        for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
-      }
+      const auto put_values = [&](Aovs some) {
+        for (Aovs left = set & some; left; left &= left - 1) {
+          const Aovs aov = left & ~(left - 1);
+          for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.value(aov, c));
+        }
+      };
+      put_values(kFirstAovs);
       for (Aovs aov = 1; set & kAovDifference && aov <= kAllAovs; aov <<= 1) {
         if (!(set & kAovsOfHalves & aov)) continue;
         for (int c = 0; c < channels_of(aov); ++c) *out++ = static_cast<float>(at.difference(aov, c));
@@ -285,10 +317,10 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
       for (size_t i = 0; set & kAovDifference && i < groups.size(); ++i) out = at.put_difference(i, out);
       for (int matte = 0; matte < kMattes; ++matte) {
         if (!(set & kAovOfMatte[matte])) continue;
-        const size_t in_cell = entry(int64_t{y % kCellSize} * kCellSize + x % kCellSize);
-        mattes_.ranks(cell, in_cell, static_cast<Matte>(matte), at.weights(), out);
+        mattes_.ranks(cell, at.in_cell, static_cast<Matte>(matte), at.weights(), out);
         out += 2 * kMatteRanks;
       }
+      put_values(kLastAovs);
       for (size_t i = 0; set & kAovLobes && i < kLobeParts; ++i) out = at.put_light(lobes_, i, out);
     }
   }
@@ -307,13 +339,13 @@ void AovFilm::write(ByteWriter* out) const {
     out->put_bytes(groups);
   }
   for (size_t layer = 0; layer < kAovLayers; ++layer) {
-    if (layer != kWeightsLayer || sums_.spec.weighted) put_stored_layer(sums_.layers[layer], out);
+    if (is_stored(sums_.spec, layer)) put_stored_layer(sums_.layers[layer], out);
   }
   put_stored_layer(direct_splat_, out);
   put_parts(groups_, out);
   put_parts(lobes_, out);
   if (sums_.spec.set & kAovDifference) half_.write(sums_.spec.weighted, out);
-  if (sums_.spec.set & kAovsOfCryptomatte) mattes_.write(out);
+  if (sums_.spec.set & kAovsOfCounts) mattes_.write(out);
 }
 
 void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
@@ -329,7 +361,7 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   }
   const auto pixels = entry(grid.crop.area());
   for (size_t layer = 0; layer < kAovLayers; ++layer) {
-    if (layer == kWeightsLayer && !sums_.spec.weighted) continue;
+    if (!is_stored(sums_.spec, layer)) continue;
     sums_.layers[layer] = get_stored_layer(pixels, in);
     if (sums_.layers[layer].empty() == has_layer(sums_.spec, static_cast<int>(layer))) {
       in->fail("an AOV's layer is missing");
@@ -341,7 +373,7 @@ void AovFilm::read(ByteReader* in, const FilmGrid& grid) {
   lobes_.resize(lobe_layers(sums_.spec.set));
   get_parts(pixels, in, &lobes_);
   if (sums_.spec.set & kAovDifference) half_.read(in, grid, sums_.spec.weighted, groups_.size());
-  if (sums_.spec.set & kAovsOfCryptomatte) mattes_.read(in, grid);
+  if (sums_.spec.set & kAovsOfCounts) mattes_.read(in, grid);
 }
 
 }  // namespace lightmill

@@ -10,8 +10,8 @@ namespace lightmill {
 namespace {
 
 constexpr int kFractionBits = 30;  // of albedo and normal
-constexpr int kLengthBits = 32;    // of normalised space
-constexpr int kLengthRange = 20;   // lengths saturate at 2^kLengthRange times the scene's extent
+constexpr int kLengthBits = 32;    // of normalised space, and of texture coordinates
+constexpr int kLengthRange = 20;   // they saturate at 2^kLengthRange, lengths times the scene's extent
 constexpr int kSquareBits = 60;
 static_assert(kNormalBias == Units{2} << kFractionBits);
 static_assert(kPositionBias == Units{1} << (kLengthBits + kLengthRange));
@@ -36,7 +36,7 @@ double unbiased(Units sum, Units bias, int64_t count) {
 bool needs_layer(Aovs set, int layer) {
   switch (layer) {
     case kAlbedoLayer:
-      return set & kAovAlbedo;
+      return set & (kAovAlbedo | kAovSpecularAlbedo);
     case kNormalLayer:
       return set & kAovNormal;
     case kPositionLayer:
@@ -47,6 +47,10 @@ bool needs_layer(Aovs set, int layer) {
       return set & (kAovDirect | kAovIndirect);
     case kVarianceLayer:
       return set & kAovVariance;
+    case kDiffuseAlbedoLayer:
+      return set & (kAovDiffuseAlbedo | kAovSpecularAlbedo);
+    case kUvLayer:
+      return set & kAovUv;
     default:
       return false;
   }
@@ -62,6 +66,7 @@ Units position_units(float x) {
 Units depth_units(float x) {
   return static_cast<Units>(std::max<int64_t>(0, steps(x, kLengthBits, kLengthRange)));
 }
+Units uv_units(float x) { return position_units(x); }
 
 Units square_units(float radiance, int quantum_exponent) {
   const double x = std::ldexp(double{radiance}, -(quantum_exponent + kQuantumBitsBelowScale));
@@ -85,6 +90,10 @@ double position_of(Units sum, int64_t hits, const AovFrame& frame, int axis) {
 
 double depth_of(Units sum, int64_t hits, const AovFrame& frame) {
   return std::ldexp(to_double(sum) / static_cast<double>(hits), -kLengthBits - frame.scale_exponent);
+}
+
+double uv_of(Units sum, int64_t hits) {
+  return std::ldexp(unbiased(sum, kUvBias, hits) / static_cast<double>(hits), -kLengthBits);
 }
 
 double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, int64_t count,

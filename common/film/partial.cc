@@ -58,7 +58,7 @@ struct PartialBuilder::Impl {
   std::vector<SplatFrame> group_splats;  // of all groups, if there are some: they make up `splats`
   std::vector<SplatFrame> lobe_splats;   // of lobe_layers
   std::vector<MatteCell> mattes;
-  std::shared_ptr<const std::vector<std::string>> matte_names;  // guarded by counters_lock
+  std::shared_ptr<const MatteList> matte_list;  // guarded by counters_lock
   AovSums aovs;
   std::mutex counters_lock;
   RenderCounters counters;
@@ -108,7 +108,7 @@ PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int q
     lobe.camera.resize(area);
     if (has_splat_layer) m.lobe_splats.emplace_back(grid, quantum_exponent);
   }
-  if (aovs.set & kAovsOfCryptomatte) m.mattes.resize(static_cast<size_t>(tile.cells.count()));
+  if (aovs.set & kAovsOfCounts) m.mattes.resize(static_cast<size_t>(tile.cells.count()));
 }
 
 PartialBuilder::~PartialBuilder() = default;
@@ -174,7 +174,7 @@ void PartialBuilder::add_lobe_splats(size_t part, std::span<const Splat> splats)
 }
 
 void PartialBuilder::add_mattes(int cx, int cy, const MatteCell& counts,
-                                const std::shared_ptr<const std::vector<std::string>>& names) {
+                                const std::shared_ptr<const MatteList>& names) {
   if (impl_->mattes.empty()) throw std::logic_error("PartialBuilder::add_mattes: no such AOV");
   const size_t cell = impl_->cell_number(cx, cy);
   {
@@ -182,7 +182,7 @@ void PartialBuilder::add_mattes(int cx, int cy, const MatteCell& counts,
     add_counts(counts, {}, &impl_->mattes[cell]);
   }
   const std::lock_guard lock(impl_->counters_lock);
-  impl_->matte_names = names;
+  impl_->matte_list = names;
 }
 
 void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_seconds) {
@@ -217,7 +217,10 @@ Partial PartialBuilder::take() {
     if (i < partial.aovs.groups.size()) partial.aovs.groups[i].splats = std::move(sums);
   }
   for (size_t i = 0; i < m.lobe_splats.size(); ++i) partial.aovs.lobes[i].splats = m.lobe_splats[i].take();
-  MatteSums mattes{m.matte_names ? *m.matte_names : std::vector<std::string>{}, std::move(m.mattes)};
+  MatteSums mattes;
+  mattes.cells = std::move(m.mattes);
+  if (m.matte_list) mattes.names = m.matte_list->names;
+  if (m.matte_list && partial.aovs.spec.set & kAovsOfIds) mattes.ids = m.matte_list->ids;
   if (!mattes.cells.empty()) partial.mattes = canonical(mattes);
   partial.counters = m.counters;
   partial.dropped = m.dropped;

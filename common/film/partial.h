@@ -57,8 +57,7 @@ struct Partial {
   std::vector<SplatSum> splats;
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
   AovSums aovs;              // its set is 0 unless the job asked for some
-  MatteSums
-      mattes;  // of the tile's cells, in packet order; empty unless some of kAovsOfCryptomatte are asked for
+  MatteSums mattes;  // of the tile's cells, in packet order; empty unless some of kAovsOfCounts are asked for
   RenderCounters counters;
   Dropped dropped;         // nothing in partials of versions that counted the kinds together
   double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
@@ -93,10 +92,9 @@ class PartialBuilder {
   /// leaves to another is a splat of the opposite sign.
   void add_lobe(size_t part, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_lobe_splats(size_t part, std::span<const Splat> splats);
-  /// Likewise for Cryptomatte what a packet's samples hit first. `names`: of the numbers in keys, the same
-  /// for all packets.
-  void add_mattes(int cx, int cy, const MatteCell& counts,
-                  const std::shared_ptr<const std::vector<std::string>>& names);
+  /// Likewise for Cryptomatte and ids what a packet's samples hit first. `names`: of the numbers in keys, the
+  /// same for all packets.
+  void add_mattes(int cx, int cy, const MatteCell& counts, const std::shared_ptr<const MatteList>& names);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.
   void add_counters(const RenderCounters& counters, double cpu_seconds);
   /// Adds what a finished packet's stages dropped of camera paths (amounts by pixel sample) and of light

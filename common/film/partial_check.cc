@@ -30,12 +30,14 @@ void check_dropped(const Partial& p) {
 
 /// Cryptomatte's counts: that they are there if they are asked for, and no more than the samples.
 void check_counts(const Partial& p) {
-  if ((p.aovs.spec.set & kAovsOfCryptomatte) == 0) {
+  if ((p.aovs.spec.set & kAovsOfCounts) == 0) {
     if (!p.mattes.cells.empty() || !p.mattes.names.empty())
       refuse_partial("counts for Cryptomatte that nobody asked for");
     return;
   }
   check_mattes(p.mattes, p.grid, p.tile.cells);
+  const size_t ids = p.aovs.spec.set & kAovsOfIds ? p.mattes.names.size() : 0;
+  if (p.mattes.ids.size() != ids) refuse_partial("numbers of things that nobody asked for, or none");
   const PixelRect r = p.grid.pixels(p.tile.cells);
   const std::vector<ExactRgb>& weights = p.aovs.layers[kWeightsLayer];
   const auto samples = static_cast<uint64_t>(p.tile.samples());

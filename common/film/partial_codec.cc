@@ -302,7 +302,7 @@ void decode_layers(const Header& h, size_t most_groups, Aovs most, ReusedBytes* 
   const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
   const size_t aov_bytes =
       h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid, most_groups, most) : 0;
-  if (h.layout.has_mattes && !(most & kAovsOfCryptomatte))
+  if (h.layout.has_mattes && !(most & kAovsOfCounts))
     refuse_partial("counts for Cryptomatte that nobody asked for");
   const auto cells = static_cast<size_t>(h.partial.tile.cells.count());
   const uint64_t counts = most_matte_counts(tile_area, h.partial.tile.samples());

@@ -102,7 +102,8 @@ ChannelImage with_layers(const Image& image, const ChannelImage* layers) {
 /// Half floats can't hold it.
 bool is_wide(const std::string& channel) {
   return channel.starts_with("depth") || channel.starts_with("position.") ||
-         channel.starts_with("samples.") || is_matte_channel(channel);
+         channel.starts_with("samples.") || channel.starts_with("uv.") || channel.starts_with("objectid.") ||
+         channel.starts_with("materialid.") || is_matte_channel(channel);
 }
 
 std::array<float, 8> chromaticities_of(const RgbPrimaries& p) {

@@ -30,6 +30,11 @@ constexpr Entry kEntries[] = {{kAovAlbedo, "albedo", "RGB"},
                               {kAovCryptoObject, "cryptoobject", "rgba"},
                               {kAovCryptoMaterial, "cryptomaterial", "rgba"},
                               {kAovCryptoAsset, "cryptoasset", "rgba"},
+                              {kAovUv, "uv", "UV"},
+                              {kAovObjectId, "objectid", "V"},
+                              {kAovMaterialId, "materialid", "V"},
+                              {kAovDiffuseAlbedo, "diffusealbedo", "RGB"},
+                              {kAovSpecularAlbedo, "specularalbedo", "RGB"},
                               {kAovLobes, "lobes", "RGB"}};
 constexpr Aovs all_entries() {
   Aovs set = 0;

@@ -22,6 +22,10 @@
 //             `difference`, that of each, too
 //   cryptoobject, cryptomaterial, cryptoasset  Cryptomatte: ids and coverages of the objects, materials and
 //             assets that a pixel shows, in falling order (common/film/cryptomatte/); 0 where there are fewer
+//   uv        texture coordinates of the first hit, mean over the samples that hit something; 0 if none does
+//   objectid, materialid  number of the object and of the material that most samples of the pixel hit first
+//             (common/film/cryptomatte/matte_sums.h); 0 where nothing is hit
+//   diffusealbedo, specularalbedo  what diffuse lobes have of albedo, and the rest; they add up to it
 //   lobes     light by the first scattering event that its path has from the camera (common/job/lobes.h),
 //             RGB; they add up to the colour
 #include <string>
@@ -36,10 +40,15 @@ using Aovs = unsigned;
 inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
                       kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256,
                       kAovDifference = 512, kAovLightGroups = 1024, kAovCryptoObject = 2048,
-                      kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192, kAovLobes = 1u << 20;
-inline constexpr Aovs kAllAovs = ((1u << 14) - 1) | kAovLobes;
+                      kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192, kAovUv = 1 << 14,
+                      kAovObjectId = 1 << 15, kAovMaterialId = 1 << 16, kAovDiffuseAlbedo = 1 << 17,
+                      kAovSpecularAlbedo = 1 << 18, kAovLobes = 1 << 20;
+inline constexpr Aovs kAllAovs = ((1u << 19) - 1) | kAovLobes;
 /// "cryptomatte" among names.
 inline constexpr Aovs kAovsOfCryptomatte = kAovCryptoObject | kAovCryptoMaterial | kAovCryptoAsset;
+inline constexpr Aovs kAovsOfIds = kAovObjectId | kAovMaterialId;
+/// Those that are formed of counts of what samples hit (common/film/cryptomatte/matte_sums.h).
+inline constexpr Aovs kAovsOfCounts = kAovsOfCryptomatte | kAovsOfIds;
 /// What `lightmill denoise` goes by: "denoise" among names.
 inline constexpr Aovs kAovsToDenoise = kAovAlbedo | kAovNormal | kAovDepth | kAovDifference;
 /// Those of which `difference` has channels, too.
@@ -54,8 +63,8 @@ std::string aov_names(Aovs set);
 Aovs aovs_named(const std::string& names);
 /// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
 /// "depth.Z", "position.X", "samples.V", "difference.R", "albedo_difference.R", "lightgroup_key.R",
-/// "lightgroup_key_difference.R", "CryptoObject00.r", "diffuse_direct.R", and "A" for alpha. `groups`: of the
-/// scene.
+/// "lightgroup_key_difference.R", "CryptoObject00.r", "uv.U", "objectid.V", "diffuse_direct.R", and "A" for
+/// alpha. `groups`: of the scene.
 std::vector<std::string> aov_channels(Aovs set, const LightGroups& groups);
 /// "CryptoObject": what the names of a matte's layers begin with, and programs call it.
 std::string matte_layer(Aovs matte);

@@ -85,7 +85,7 @@ double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
       settings.aovs ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid,
                                                             settings.light_groups.size(), settings.aovs))
                     : 0;
-  const double mattes = settings.aovs & kAovsOfCryptomatte ? 2 * kMatteBytesPerPixel * pixels : 0;
+  const double mattes = settings.aovs & kAovsOfCounts ? 2 * kMatteBytesPerPixel * pixels : 0;
   return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs +
          mattes;
 }
@@ -95,7 +95,7 @@ uint64_t max_encoded_bytes(const TileSpec& tile, const RenderSettings& settings)
   const auto tile_pixels = static_cast<size_t>(grid.pixels(tile.cells).area());
   uint64_t aovs =
       settings.aovs ? max_aov_bytes(tile_pixels, grid, settings.light_groups.size(), settings.aovs) : 0;
-  if (settings.aovs & kAovsOfCryptomatte)
+  if (settings.aovs & kAovsOfCounts)
     aovs += max_matte_bytes(static_cast<size_t>(tile.cells.count()),
                             most_matte_counts(tile_pixels, tile.samples()));
   return kPartialOverhead + tile_pixels * kBytesPerSum +

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "common/base/error.h"
 #include "common/scene/load.h"
@@ -87,6 +88,11 @@ Strategies running(const RenderSettings& s, const PossibleStrategies& possible) 
   return wanted & possible.set;
 }
 
+/// What the scene is built with although nothing of it may need that.
+Features features_built(const RenderSettings& s) {
+  return s.overrides | (s.aovs & kAovUv ? kTextureCoordinates : 0);
+}
+
 }  // namespace
 
 /// What does not depend on the sampling.
@@ -105,7 +111,7 @@ struct Renderer::World {
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
         scene((options.unused_textures ? void() : drop_unused_materials(&description),
-               build_scene(description, s.energy_compensation, s.overrides, options))),
+               build_scene(description, s.energy_compensation, features_built(s), options))),
         accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
@@ -225,6 +231,8 @@ struct Renderer::Impl {
                                          light_groups_text(world->scene.light_groups) +
                                          "\"): take the settings from this scene");
     }
+    if (s.aovs & kAovUv && !world->scene.records_uvs)
+      throw std::logic_error("Renderer: a scene that was built without its texture coordinates");
     if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {
       throw Error(
           ErrorKind::kUsage,

@@ -1,6 +1,7 @@
 // The bytes of Cryptomatte's counts:
 //
-//   names: count; for each the number of its bytes less one, and text
+//   names: count, + kHasIds if so; for each the number of its bytes less one, and text
+//   with kHasIds: for each name two varints, as ThingIds
 //   keys that are counted: count; three varints each, numbers of names
 //   for each pixel of each cell: the number of its counts as a varint; for each of them two varints, the gap
 //   to its key in the list of keys, and the count
@@ -17,7 +18,9 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kSizeBytes = 4, kLeastNameBytes = 2, kLeastKeyBytes = kMattes, kLeastCountBytes = 2;
-constexpr size_t kMostKeyBytes = 3 * kMattes, kMostCountBytes = 5 + 10, kMostPixelBytes = 5;
+constexpr size_t kMostKeyBytes = 3 * kMattes, kMostCountBytes = 5 + 10, kMostPixelBytes = 5,
+                 kMostIdBytes = 2 * 4;
+constexpr uint32_t kHasIds = 1u << 31;
 /// Of a partial: far more than a tile of a second's work has samples.
 constexpr uint64_t kMaxMatteCounts = uint64_t{1} << 26;
 
@@ -26,16 +29,29 @@ constexpr uint64_t kMaxMatteCounts = uint64_t{1} << 26;
 }
 
 /// A number of things of at least `least` bytes each, which must be there.
-size_t get_size(ByteReader* in, uint64_t most, size_t least) {
-  const auto size = in->get<uint32_t>();
+size_t get_size(ByteReader* in, uint64_t most, size_t least, uint32_t size) {
   if (size > most || size > in->rest().size() / least) refuse("more than there can be");
   return size;
 }
 
-std::vector<std::string> read_names(ByteReader* in) {
-  std::vector<std::string> names(get_size(in, kMaxMatteNames, kLeastNameBytes));
-  for (std::string& name : names) name = in->get_bytes(size_t{in->get<uint8_t>()} + 1);
-  return names;
+size_t get_size(ByteReader* in, uint64_t most, size_t least) {
+  return get_size(in, most, least, in->get<uint32_t>());
+}
+
+void read_names(ByteReader* in, MatteSums* sums) {
+  const auto head = in->get<uint32_t>();
+  sums->names.resize(get_size(in, kMaxMatteNames, kLeastNameBytes, head & ~kHasIds));
+  for (std::string& name : sums->names) name = in->get_bytes(size_t{in->get<uint8_t>()} + 1);
+  if (!(head & kHasIds)) return;
+  const auto id = [&] {
+    const uint64_t given = in->get_varint();
+    if (given > kMaxThingId) refuse("a number that is too large");
+    return static_cast<uint32_t>(given);
+  };
+  for (size_t i = 0; i < sums->names.size(); ++i) {
+    const uint32_t object = id();
+    sums->ids.push_back({object, id()});
+  }
 }
 
 std::vector<MatteKey> read_keys(ByteReader* in, size_t names, uint64_t most) {
@@ -138,10 +154,14 @@ std::vector<MatteKey> keys_of(const MatteSums& sums) {
 
 void encode_mattes(const MatteSums& sums, ByteWriter* out) {
   const std::vector<MatteKey> keys = keys_of(sums);
-  out->put<uint32_t>(static_cast<uint32_t>(sums.names.size()));
+  out->put<uint32_t>(static_cast<uint32_t>(sums.names.size()) | (sums.ids.empty() ? 0 : kHasIds));
   for (const std::string& name : sums.names) {
     out->put<uint8_t>(static_cast<uint8_t>(name.size() - 1));
     out->put_bytes(name);
+  }
+  for (const ThingIds& ids : sums.ids) {
+    out->put_varint(ids.object);
+    out->put_varint(ids.material);
   }
   out->put<uint32_t>(static_cast<uint32_t>(keys.size()));
   for (const MatteKey key : keys) {
@@ -164,7 +184,7 @@ void encode_mattes(const MatteSums& sums, ByteWriter* out) {
 
 MatteSums decode_mattes(ByteReader* in, size_t cells, uint64_t most_counts) {
   MatteSums sums;
-  sums.names = read_names(in);
+  read_names(in, &sums);
   check_names(sums.names);
   const std::vector<MatteKey> keys = read_keys(in, sums.names.size(), most_counts);
   std::vector<bool> names_used(sums.names.size()), keys_used(keys.size());
@@ -185,12 +205,16 @@ uint64_t most_matte_counts(size_t pixels, int64_t samples) {
 
 size_t max_matte_bytes(size_t cells, uint64_t counts) {
   const size_t most = static_cast<size_t>(counts), names = std::min(kMattes * most, kMaxMatteNames);
-  return kSizeBytes + names + std::min(names * kMaxMatteName, kMaxMatteText) + kSizeBytes +
-         most * (kMostKeyBytes + kMostCountBytes) + cells * kCellPixels * kMostPixelBytes;
+  return kSizeBytes + names * (1 + kMostIdBytes) + std::min(names * kMaxMatteName, kMaxMatteText) +
+         kSizeBytes + most * (kMostKeyBytes + kMostCountBytes) + cells * kCellPixels * kMostPixelBytes;
 }
 
 void check_mattes(const MatteSums& sums, const FilmGrid& grid, const CellRect& cells) {
   check_names(sums.names);
+  if (!sums.ids.empty() && sums.ids.size() != sums.names.size()) refuse("not a number for each name");
+  for (const ThingIds& ids : sums.ids) {
+    if (ids.object > kMaxThingId || ids.material > kMaxThingId) refuse("a number that is too large");
+  }
   if (sums.cells.size() != static_cast<size_t>(cells.count())) refuse("cells are missing");
   std::vector<bool> used(sums.names.size());
   auto cell = sums.cells.begin();

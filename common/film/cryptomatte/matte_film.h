@@ -11,13 +11,17 @@ namespace lightmill {
 
 class MatteFilm {
  public:
-  /// Throws Error(kFailed), without having changed anything, if there would be more names than a scene has.
+  /// Throws Error(kFailed), without having changed anything, if there would be more names than a scene has,
+  /// or if what a name's things are numbered is not what it was.
   void check(const MatteSums& partial) const;
   /// Adds what check() accepted: counts of the cells `cells` of the grid.
   void fold(const FilmGrid& grid, const CellRect& cells, const MatteSums& partial);
   /// The id and coverage of each of kMatteRanks ranks of pixel `pixel` of cell number `cell`, whose samples'
   /// weights add up to `weights`. Coverages fall; of equal ones the smaller bits of the id come first.
   void ranks(size_t cell, size_t pixel, Matte matte, int64_t weights, float* out) const;
+  /// The number (ThingIds) of the objects or of the materials that most samples of a pixel hit; of those that
+  /// as many hit the least one, and 0 where nothing is hit. Not of assets.
+  uint32_t id(size_t cell, size_t pixel, Matte matte) const;
   /// What a file says of the mattes in the set: their names, how ids are made, and the id of each name that
   /// is seen.
   std::map<std::string, std::string> attributes(Aovs set) const;
@@ -27,7 +31,7 @@ class MatteFilm {
   void read(ByteReader* in, const FilmGrid& grid);
 
  private:
-  uint32_t number(const std::string& name);
+  uint32_t number(const std::string& name, const ThingIds* ids);
   std::string manifest(Matte matte) const;
 
   MatteSums sums_;             // names in the order in which they came

@@ -62,6 +62,7 @@ MatteSums canonical(const MatteSums& sums) {
   for (const uint32_t name : order) {
     renumber[name] = static_cast<uint32_t>(out.names.size());
     out.names.push_back(sums.names[name]);
+    if (!sums.ids.empty()) out.ids.push_back(sums.ids[name]);
   }
   out.cells.resize(sums.cells.size());
   for (size_t i = 0; i < out.cells.size(); ++i) add_counts(sums.cells[i], renumber, &out.cells[i]);

@@ -6,7 +6,8 @@
 // its keys are the names of an object, its material and its asset together.
 //
 // Names travel in the partials that count them. So the coordinator knows the names of what is seen without
-// reading the scene, and numbers mean something only beside their names.
+// reading the scene, and numbers mean something only beside their names. So do what the AOVs objectid and
+// materialid say: of a pixel the one that most of its samples hit.
 #include <compare>
 #include <cstdint>
 #include <span>
@@ -35,6 +36,21 @@ inline constexpr uint32_t name_of(MatteKey key, int matte) {
   return static_cast<uint32_t>(key >> (kMattes - 1 - matte) * kMatteNameBits) & (kMaxMatteNames - 1);
 }
 
+/// What the AOVs objectid and materialid say of an object and of a material of a name: the number that the
+/// scene file gives the first such thing, else its place among the names of objects or of materials, from 1.
+struct ThingIds {
+  uint32_t object = 0, material = 0;
+  bool operator==(const ThingIds&) const = default;
+};
+/// Floats hold all whole numbers up to here.
+inline constexpr uint32_t kMaxThingId = (1u << 24) - 1;
+
+/// The names of a scene, and what their things are numbered; as many of both.
+struct MatteList {
+  std::vector<std::string> names;
+  std::vector<ThingIds> ids;
+};
+
 /// Samples that hit this first: their number, or where they have weights the sum of weight * kWeightOne.
 struct MatteCount {
   MatteKey key = 0;
@@ -59,6 +75,7 @@ struct MatteCell {
 struct MatteSums {
   std::vector<std::string> names;
   std::vector<MatteCell> cells;  // of the tile or film, row-major
+  std::vector<ThingIds> ids;     // of names; empty where no AOV asks for them
   bool operator==(const MatteSums&) const = default;
 };
 

@@ -45,7 +45,10 @@ void name_parts(SceneDescription* scene) {
   }
   for (ObjectDescription& object : scene->objects) {
     const int name = scene->names.number(object.name);
-    for (ShapeDescription& s : object.shapes) s.names = named_by(s.names, {name, name});
+    for (ShapeDescription& s : object.shapes) {
+      if (s.names.object < 0) s.names.object = name;
+      if (s.names.asset < 0) s.names.asset = name;
+    }
   }
 }
 

@@ -9,15 +9,20 @@
 namespace lightmill {
 
 /// Numbers in SceneDescription::names; -1: nothing was said. `material`: where a file has another name for
-/// the shape's material than its author.
+/// the shape's material than its author. `object_id`, `material_id`: what the AOVs objectid and materialid
+/// say of things of these names, in [0, kMaxGivenId].
 struct PartNames {
   int object = -1, asset = -1, material = -1;
+  int object_id = -1, material_id = -1;
   bool operator==(const PartNames&) const = default;
 };
+/// Floats hold all whole numbers up to here.
+inline constexpr int kMaxGivenId = (1 << 24) - 1;
 /// What an instance says goes before what its object's shapes say.
 inline PartNames named_by(const PartNames& instance, const PartNames& shape) {
   return {instance.object >= 0 ? instance.object : shape.object,
-          instance.asset >= 0 ? instance.asset : shape.asset, shape.material};
+          instance.asset >= 0 ? instance.asset : shape.asset, shape.material,
+          instance.object_id >= 0 ? instance.object_id : shape.object_id, shape.material_id};
 }
 
 /// Texts, numbered from 0 in the order in which they come.

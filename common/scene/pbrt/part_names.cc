@@ -1,5 +1,5 @@
 // "object", "asset" and "materialname": what Cryptomatte calls a shape or an instance, and the material of a
-// shape. Ours; pbrt has no such thing.
+// shape; "objectid" and "materialid", their numbers. Ours; pbrt has no such thing.
 #include "common/scene/pbrt/scene.h"
 
 namespace lightmill {
@@ -13,6 +13,11 @@ PartNames part_names_from(ParameterList& params, SceneDescription* scene) {
   names.object = number("object");
   names.asset = number("asset");
   names.material = number("materialname");
+  const auto id = [&](const char* parameter) {
+    return static_cast<int>(params.integer(parameter, -1, 0, kMaxGivenId));
+  };
+  names.object_id = id("objectid");
+  names.material_id = id("materialid");
   return names;
 }
 

@@ -189,7 +189,8 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
                                                        ParameterList& params);
 /// visibility.cc: the kinds of rays in "string hidden".
 RayKinds hidden_from(ParameterList& params);
-/// part_names.cc: the names in "string object", "string asset" and "string materialname".
+/// part_names.cc: the names in "string object", "string asset" and "string materialname", the numbers in
+/// "integer objectid" and "integer materialid".
 PartNames part_names_from(ParameterList& params, SceneDescription* scene);
 /// light_groups.cc: the name in "string lightgroup"; empty: none.
 std::string light_group_from(ParameterList& params);

@@ -33,7 +33,7 @@ double film_bytes(const RenderSettings& settings) {
   if (settings.aovs & kAovDifference) sums *= 2;
   // Lobes have no difference.
   sums += static_cast<int>(lobe_layers(settings.aovs)) * (undecided || has_splat_layer(settings) ? 2 : 1);
-  const double mattes = settings.aovs & kAovsOfCryptomatte ? kMatteBytesPerPixel : 0;
+  const double mattes = settings.aovs & kAovsOfCounts ? kMatteBytesPerPixel : 0;
   const int64_t superblocks = (settings.spp + kSuperblockSamples - 1) / kSuperblockSamples;
   const double batches =
       std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));

@@ -209,7 +209,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     const bool in_medium = K::kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (recorder_of<K>(w)) record_vertex(h, g, false, depth, w);
     if (lamps) add_lamps<K>(context, g, h.path, sqrt(h.distance2), depth, weigh_connections, w);
-    if (K::kObserved && w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth, w.paths);
+    if (K::kObserved && w.aovs && !in_medium) w.aovs->hits(context, h, g.active, depth, w.paths);
     if (K::kObserved && w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
     const Lane inv_cos = 1.0f / h.cos_in;
     // M3; rays of a parallel camera don't spread with distance.

@@ -211,6 +211,7 @@ struct RenderScene {
   bool any_delta = false;            // some material has a delta lobe
   bool any_bumps = false;            // some material has a normal map or a displacement
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
+  bool records_uvs = false;          // texture coordinates are wanted at every hit, read or not
   bool any_alpha = false;            // some mesh has an alpha mask
   bool any_fibres = false;           // some mesh is of hair or flat curves (fibre.h)
   bool any_bodies = false;           // some material has a subsurface walk

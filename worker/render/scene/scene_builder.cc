@@ -166,6 +166,7 @@ class SceneBuilder {
   void apply_overrides() {
     const auto keep = [&](Features feature, bool* flag) { *flag = *flag || out_.overrides & feature; };
     keep(kTextures, &out_.any_texture);
+    keep(kTextureCoordinates, &out_.records_uvs);
     keep(kBumps, &out_.any_bumps);
     keep(kAnisotropicLobes, &out_.any_anisotropy);
     keep(kMixes, &out_.any_mix);

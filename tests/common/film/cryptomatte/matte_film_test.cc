@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -265,6 +267,73 @@ TEST(MattePartial, MoreHitsThanSamplesAreRefused) {
   p = partial_of(grid, 6);
   p.mattes = {};
   EXPECT_THROW(encode_partial(p), Error);
+}
+
+/// The same with numbers: by the name's length, so that two names share some.
+Partial numbered_partial(const FilmGrid& grid, uint64_t seed) {
+  Partial p = partial_of(grid, seed);
+  p.aovs.spec.set = kAovsOfIds;
+  for (const std::string& name : p.mattes.names) {
+    const auto length = static_cast<uint32_t>(name.size());
+    p.mattes.ids.push_back({length, kMaxThingId - length});
+  }
+  return p;
+}
+
+TEST(MatteIds, AreThoseThatMostSamplesHit) {
+  const FilmGrid grid = grid_of();
+  const Partial p = numbered_partial(grid, 8);
+  EXPECT_EQ(decode_partial(encode_partial(p)), p);
+  Film film(grid), twice(grid);
+  film.fold(p);
+  const ChannelImage aovs = film.resolve_aovs();
+  ASSERT_EQ(aovs.channels, (std::vector<std::string>{"objectid.V", "materialid.V"}));
+  EXPECT_TRUE(aovs.attributes.empty());
+  const Film restored = Film::restore(film.snapshot());
+  EXPECT_EQ(restored.snapshot(), film.snapshot());
+  EXPECT_EQ(restored.resolve_aovs().image.data, aovs.image.data);
+  MatteFilm counts;
+  counts.fold(grid, grid.cells(), p.mattes);
+  size_t ties = 0, hit = 0;
+  const CellRect cells = grid.cells();
+  for (size_t cell = 0; cell < static_cast<size_t>(cells.count()); ++cell) {
+    for (size_t pixel = 0; pixel < kCellPixels; ++pixel) {
+      std::map<uint32_t, uint64_t> sums;
+      for (const MatteCount& entry : p.mattes.cells[cell].of(pixel))
+        sums[p.mattes.ids[name_of(entry.key, kObjectMatte)].object] += entry.count;
+      uint32_t best = 0;
+      for (const auto& [id, count] : sums) {
+        if (best == 0 || count > sums[best]) best = id;
+        ties += best != id && count == sums[best];
+      }
+      hit += best != 0;
+      ASSERT_EQ(counts.id(cell, pixel, kObjectMatte), best);
+    }
+  }
+  EXPECT_GT(ties, 10u);
+  EXPECT_GT(hit, 1000u);
+}
+
+TEST(MatteIds, OfOtherFormsAreRefused) {
+  const FilmGrid grid = grid_of();
+  const Partial good = numbered_partial(grid, 9);
+  Film film(grid);
+  film.fold(good);
+  Partial other = good;
+  other.tile.sample_begin = 16, other.tile.sample_end = 32;
+  film.fold(other);
+  other.mattes.ids[2].material += 1;
+  EXPECT_THROW(film.fold(other), Error);
+  for (const auto& change : std::vector<std::function<void(Partial&)>>{
+           [](Partial& p) { p.mattes.ids.pop_back(); },
+           [](Partial& p) { p.mattes.ids.clear(); },
+           [](Partial& p) { p.mattes.ids[0].object = kMaxThingId + 1; },
+           [](Partial& p) { p.aovs.spec.set = kAovsOfCryptomatte; },
+       }) {
+    Partial bad = good;
+    change(bad);
+    EXPECT_THROW(encode_partial(bad), Error);
+  }
 }
 
 TEST(MatteNames, AreOneLineOfUtf8AndNotTooLong) {

@@ -40,6 +40,24 @@ Shape "sphere"
   EXPECT_EQ(s.shapes[3].names.material, -1);
 }
 
+TEST_F(PartNamesOfPbrt, ThingsMayHaveNumbers) {
+  const SceneDescription s = clean_world(R"(
+Shape "sphere" "integer objectid" 7 "integer materialid" 0
+ObjectBegin "tree"
+  Shape "sphere" "integer objectid" 3 "string materialname" "bark"
+ObjectEnd
+ObjectInstance "tree" "integer objectid" 4
+ObjectInstance "tree"
+)");
+  EXPECT_EQ(s.shapes.at(0).names.object_id, 7);
+  EXPECT_EQ(s.shapes.at(0).names.material_id, 0);
+  const PartNames& shape = s.objects.at(0).shapes.at(0).names;
+  EXPECT_EQ(named_by(s.instances.at(0).names, shape).object_id, 4);
+  EXPECT_EQ(named_by(s.instances.at(1).names, shape).object_id, 3);
+  EXPECT_EQ(shape.material_id, -1);
+  EXPECT_EQ(text_of(s, shape.material), "bark");
+}
+
 TEST_F(PartNamesOfPbrt, InstancesMayHaveNamesOfTheirOwn) {
   const SceneDescription s = clean_world(R"(
 ObjectBegin "tree"

@@ -6,52 +6,12 @@
 #include <cstring>
 
 #include "common/film/signed_sum.h"
-#include "worker/render/bsdf/bsdf_dispatch.h"
-#include "worker/render/bsdf/tables/half_space.h"
-#include "worker/render/pipeline/paths/viewer_side.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
+#include "worker/render/pipeline/recording/surface_albedo.h"
 #include "worker/render/renderer.h"
-#include "worker/render/scene/materials/blender_builder.h"
-#include "worker/render/scene/media/subsurface_body.h"
 
 namespace lightmill {
 namespace {
-
-/// Albedo is the mean over this many directions per first hit: as many as pbrt-v4 takes.
-constexpr int kAlbedoSamples = 16;
-
-/// Share of light that a vertex reflects or transmits towards its viewer, by sampling: the same fixed points
-/// everywhere, of which the first two dimensions are stratified and the lobe follows the golden ratio.
-Vec3<Lane> albedo_at(const RenderScene& scene, const VertexLanes<Lane>& v, LaneMask active) {
-  const Frame<Lane> frame(v.ns);
-  const Vec3<Lane> wo = viewer_direction(frame.to_local(v.wo), dot(v.ng, v.wo));
-  // Light that enters a deep body leaves it this much dimmer.
-  const LaneMask bodies =
-      scene.any_bodies ? mask_and(active, enters_bodies<Lane>(v.kind)) : splat_mask<Lane>(false);
-  Vec3<Lane> of_body{};
-  if (any(bodies)) {
-    const BodyRecord<Lane> body(scene.bodies.data(),
-                                to_int(select(bodies, v.params.p[kBodyNumberSlot], Lane{})));
-    const Lane leaves = body.scalar(kBodyLeaves), g = body.scalar(kBodyG);
-    const auto channel = [&](Lane albedo) { return body_reflectance(albedo, leaves, g); };
-    of_body = {channel(v.params.p[0]), channel(v.params.p[1]), channel(v.params.p[2])};
-  }
-  Vec3<Lane> sum{};
-  for (int i = 0; i < kAlbedoSamples; ++i) {
-    const float a = (static_cast<float>(i) + 0.5f) / kAlbedoSamples;
-    const auto reversed =
-        static_cast<float>(((i & 1) << 3) | ((i & 2) << 1) | ((i & 4) >> 1) | ((i & 8) >> 3));
-    const float b = (reversed + 0.5f) / kAlbedoSamples;
-    const float golden = static_cast<float>(i) * 0.618034f + 0.25f;
-    const float lobe = golden - static_cast<float>(static_cast<int>(golden));
-    // Importance: without the 1/eta^2 that scales radiance where it enters a medium.
-    const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, splat<Lane>(lobe),
-                                                 splat<Lane>(a), splat<Lane>(b), Mode::kImportance);
-    Vec3<Lane> weight = s.weight;
-    if (any(bodies)) weight = select(mask_and(bodies, LaneMask(s.wi.z * wo.z < 0.0f)), of_body, weight);
-    sum = sum + select(s.valid, weight, Vec3<Lane>{});
-  }
-  return sum * splat<Lane>(1.0f / kAlbedoSamples);
-}
 
 void store_lanes(float out[3][kWavefront], LaneInt slot, LaneMask mask, const Vec3<Lane>& value) {
   scatter(out[0], slot, value.x, mask);
@@ -91,15 +51,19 @@ void AovRecorder::begin_layer(const Wavefront& w) {
   groups_.begin_pass();
   lobes_.begin_pass();
   std::memset(albedo_, 0, sizeof albedo_);
+  std::memset(diffuse_, 0, sizeof diffuse_);
   std::memset(normal_, 0, sizeof normal_);
   std::memset(direct_, 0, sizeof direct_);
   std::memset(hit_, 0, sizeof hit_);
   std::memset(surface_found_, 0, sizeof surface_found_);
 }
 
-void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, LaneMask active, int depth,
+void AovRecorder::hits(const StageContext& context, const Hit& hit, LaneMask active, int depth,
                        const Paths& paths) {
+  const VertexLanes<Lane>& v = hit.v;
   if (depth == 1) {
+    scatter(uv_[0], v.path, hit.u, active);
+    scatter(uv_[1], v.path, hit.tv, active);
     store_lanes(position_, v.path, active, v.p);
     const CameraMotion& motion = context.scene.camera_motion;
     const Vec3<Lane> p = motion.moves ? motion.at_rest(v.p, gather(paths.time, v.path)) : v.p;
@@ -113,8 +77,8 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
     // A path that has scattered in a medium meets its first surface later: it has no depth and no position.
     if (depth == 1 && !is_holdout(v, l)) {
       hit_[slot] = 1;
-      // The mattes' coverage is a part of alpha, so they are of what makes a sample count for it.
-      if (spec_.set & kAovsOfCryptomatte)
+      // Coverage is a part of alpha, so counts are of what makes a sample count for it.
+      if (spec_.set & kAovsOfCounts)
         mattes_.hit(slot, context.scene.matte_key_of(paths.rays[slot].prim, paths.rays[slot].instance));
     }
     if (!(mask_bits(opaque) >> l & 1) || surface_found_[slot]) continue;
@@ -122,11 +86,15 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
     found[l] = 1;
   }
   const LaneMask first = LaneMask(load_int<Lane>(found) > 0);
-  if (!any(first) || !(spec_.set & (kAovAlbedo | kAovNormal))) return;
+  if (!any(first) || !wants_surfaces()) return;
   const LaneMask away = LaneMask(dot(v.ns, v.wo) < 0.0f);
   store_lanes(normal_, v.path, first, select(away, -v.ns, v.ns));
-  if (!(spec_.set & kAovAlbedo)) return;
-  store_lanes(albedo_, v.path, first, albedo_at(context.scene, v, first) * v.throughput);
+  if (!wants_albedo()) return;
+  Vec3<Lane> diffuse{};
+  const bool split = needs_layer(spec_.set, kDiffuseAlbedoLayer);
+  const Vec3<Lane> albedo = albedo_at(context.scene, v, first, split ? &diffuse : nullptr);
+  store_lanes(albedo_, v.path, first, albedo * v.throughput);
+  if (split) store_lanes(diffuse_, v.path, first, diffuse * v.throughput);
 }
 
 void AovRecorder::ends_in_medium(LaneInt slot, LaneMask active) {
@@ -135,7 +103,7 @@ void AovRecorder::ends_in_medium(LaneInt slot, LaneMask active) {
 }
 
 bool AovRecorder::first_hits_done(const Paths& paths) const {
-  if (!(spec_.set & (kAovAlbedo | kAovNormal))) return true;
+  if (!wants_surfaces()) return true;
   for (int i = 0; i < paths.active_count; ++i) {
     if (!surface_found_[paths.active[i]]) return false;
   }
@@ -176,7 +144,10 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
       sums_[kWeightsLayer][pixel].c[1] += 1;
     }
     for (size_t c = 0; c < 3; ++c) {
-      if (set & kAovAlbedo) sums_[kAlbedoLayer][pixel].c[c] += times * albedo_units(albedo_[c][i]);
+      const Units albedo = albedo_units(albedo_[c][i]);
+      if (needs_layer(set, kAlbedoLayer)) sums_[kAlbedoLayer][pixel].c[c] += times * albedo;
+      if (needs_layer(set, kDiffuseAlbedoLayer))
+        sums_[kDiffuseAlbedoLayer][pixel].c[c] += times * std::min(albedo, albedo_units(diffuse_[c][i]));
       if (set & kAovNormal) sums_[kNormalLayer][pixel].c[c] += times * normal_units(normal_[c][i]);
       if (hit_[i] && (set & kAovPosition))
         sums_[kPositionLayer][pixel].c[c] += times * position_units(position_[c][i]);
@@ -185,7 +156,11 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
       sums_[kDepthLayer][pixel].c[0] += times * depth_units(depth_[i]);
       sums_[kDepthLayer][pixel].c[1] += times;
     }
-    if (hit_[i] && (set & kAovsOfCryptomatte)) mattes_.add(pixel, i, static_cast<uint64_t>(times));
+    if (hit_[i] && (set & kAovUv)) {
+      for (size_t c = 0; c < 2; ++c) sums_[kUvLayer][pixel].c[c] += times * uv_units(uv_[c][i]);
+      sums_[kUvLayer][pixel].c[2] += times;
+    }
+    if (hit_[i] && (set & kAovsOfCounts)) mattes_.add(pixel, i, static_cast<uint64_t>(times));
     float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
     float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
     if (context.response) context.response->mix(&direct_light[0], &direct_light[1], &direct_light[2]);
@@ -215,8 +190,8 @@ void AovRecorder::finish_packet(const Packet& packet, const RenderScene& scene, 
     if (!has_layer(spec_, layer)) continue;
     builder.add_aov(layer, packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
   }
-  if (spec_.set & kAovsOfCryptomatte)
-    builder.add_mattes(packet.cell_x, packet.cell_y, mattes_.cell(), scene.mattes.names());
+  if (spec_.set & kAovsOfCounts)
+    builder.add_mattes(packet.cell_x, packet.cell_y, mattes_.cell(), scene.mattes.list());
   if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);
   groups_.finish_packet(packet, builder);
   lobes_.finish_packet(packet, builder);

@@ -15,6 +15,7 @@
 namespace lightmill {
 
 struct Packet;  // renderer.h
+struct Hit;     // path_vertex.h
 
 class AovRecorder {
  public:
@@ -23,9 +24,8 @@ class AovRecorder {
 
   void begin_packet();
   void begin_layer(const Wavefront& w);
-  /// Takes camera vertices at `depth`, before anything is sampled there.
-  void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth,
-            const Paths& paths);
+  /// Takes camera paths' hits of surfaces at `depth`, before anything is sampled there.
+  void hits(const StageContext& context, const Hit& hit, LaneMask active, int depth, const Paths& paths);
   /// Takes camera paths that scatter in a medium. They have no first surface, like those that escape.
   void ends_in_medium(LaneInt slot, LaneMask active);
   /// Whether camera paths without a contribution need not be followed any further.
@@ -47,10 +47,17 @@ class AovRecorder {
   void finish_packet(const Packet& packet, const RenderScene& scene, PartialBuilder& builder);
 
  private:
+  bool wants_albedo() const {
+    return needs_layer(spec_.set, kAlbedoLayer) || needs_layer(spec_.set, kDiffuseAlbedoLayer);
+  }
+  /// Whether the first surface that is not purely specular matters.
+  bool wants_surfaces() const { return wants_albedo() || spec_.set & kAovNormal; }
+
   AovSpec spec_;
   // Of the sample at hand, by path slot.
-  alignas(32) float albedo_[3][kWavefront], normal_[3][kWavefront], position_[3][kWavefront];
-  alignas(32) float depth_[kWavefront];
+  alignas(32) float albedo_[3][kWavefront], diffuse_[3][kWavefront], normal_[3][kWavefront],
+      position_[3][kWavefront];
+  alignas(32) float depth_[kWavefront], uv_[2][kWavefront];
   alignas(32) float direct_[3][kWavefront], before_[3][kWavefront];
   float weight_[kWavefront];  // of the sample, whatever the sensor makes of it later
   uint8_t hit_[kWavefront], surface_found_[kWavefront];

@@ -108,7 +108,9 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
                    : std::string()),
        "texture evaluation per hit", kTextures);
   item("texture coordinates", !scene.uvs.empty(),
-       scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
+       scene.uvs.empty()        ? "nothing reads them"
+       : settings.aovs & kAovUv ? "the AOV uv records them"
+                                : "a texture reads them",
        "8 bytes per vertex and their interpolation per hit", kTextureCoordinates);
   item("shading normals", scene.any_normals,
        scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",

@@ -52,7 +52,7 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
   const IntOf<F> flags = gather(scene.primitive_flags.data(), prim);
   // Constants in kernels that have no such surfaces.
   const bool colors = kAnySurface && scene.any_colors, tangent = kAnySurface && scene.any_tangent,
-             coordinates = kAnySurface && (scene.any_texture || scene.any_tangent);
+             coordinates = kAnySurface && (scene.any_texture || scene.any_tangent || scene.records_uvs);
   const F flip = select(MaskOf<F>((flags & RenderScene::kFlip) != 0), splat<F>(-1.0f), splat<F>(1.0f));
   if (triangles > 0) {
     const IntOf<F> tri = spheres ? select(is_sphere, IntOf<F>{}, prim) : prim;
