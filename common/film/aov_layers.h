@@ -30,7 +30,7 @@
 #include <vector>
 
 #include "common/film/exact_sum.h"
-#include "common/film/splat_sum.h"
+#include "common/film/splats/splat_sum.h"
 #include "common/job/aovs.h"
 #include "common/job/lobes.h"
 #include "common/job/packet_grid.h"

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "common/film/splat_frame.h"
+#include "common/film/splats/splat_frame.h"
 
 namespace lightmill {
 

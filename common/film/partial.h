@@ -19,7 +19,7 @@
 #include "common/film/cryptomatte/matte_sums.h"
 #include "common/film/dropped.h"
 #include "common/film/exact_sum.h"
-#include "common/film/splat_sum.h"
+#include "common/film/splats/splat_sum.h"
 #include "common/job/packet_grid.h"
 
 namespace lightmill {

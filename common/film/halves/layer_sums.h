@@ -4,7 +4,7 @@
 
 #include "common/film/crop_walk.h"
 #include "common/film/exact_sum.h"
-#include "common/film/splat_sum.h"
+#include "common/film/splats/splat_sum.h"
 #include "common/job/packet_grid.h"
 
 namespace lightmill {

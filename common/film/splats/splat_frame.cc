@@ -1,4 +1,4 @@
-#include "common/film/splat_frame.h"
+#include "common/film/splats/splat_frame.h"
 
 #include <algorithm>
 #include <array>
