@@ -119,7 +119,8 @@ void answer_light_mix(const Farm& farm, LightMixes& mixes, const JobId& job, con
   response.set_header("X-Lightmill-Block", std::to_string(light.block));
   // Nothing that was taken for a mix needs quotes.
   const std::string tag = light.mark + "-" + std::to_string(side) + "-" + mix;
-  if (!has_already(tag, request, response)) answer_halves(mixed_image(light, factors), request, response);
+  if (!has_already(tag, request, response))
+    answer_halves(mixed_image(light, factors, side), request, response);
 }
 
 void answer_thumbnail(Thumbnails& thumbnails, const JobId& job, const Request& request, Response& response) {

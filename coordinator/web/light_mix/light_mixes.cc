@@ -15,7 +15,22 @@ namespace {
 constexpr double kJobTimePerRead = 20;  // from one reading of a job to the next, so many times what it took
 constexpr double kRestPerRead = 2;      // after each one, whoever's
 
-size_t bytes_of(const MixedLight& light) { return light.light.image.data.size() * sizeof(float); }
+size_t bytes_of(const MixedLight& light) {
+  return (light.light.image.data.size() + light.small.image.data.size()) * sizeof(float);
+}
+
+/// What reduced() makes one pixel of, so many by so many.
+int block_of_side(const Image& image, int side) {
+  return (std::max(image.width, image.height) + side - 1) / side;
+}
+
+ChannelImage small_of(const ChannelImage& light) {
+  ChannelImage small;
+  if (block_of_side(light.image, kSmallMix) == 1) return small;
+  small.channels = light.channels;
+  at_low_priority([&] { small.image = reduced(light.image, kSmallMix); });
+  return small;
+}
 
 /// The smallest block with which there are so few pixels.
 int mix_block(const PixelRect& crop, int64_t most_pixels) {
@@ -39,9 +54,14 @@ LightLayers layers_of(const LightGroups& groups) {
 
 }  // namespace
 
-Image mixed_image(const MixedLight& light, std::span<const LightFactor> factors) {
+Image mixed_image(const MixedLight& light, std::span<const LightFactor> factors, int side) {
+  const Image& whole = light.light.image;
+  // The mix of means is the mean of mixes.
+  const bool small = side > 0 && !light.small.channels.empty() &&
+                     block_of_side(whole, side) == block_of_side(whole, kSmallMix);
   Image image;
-  at_low_priority([&] { image = mix_colour(light.light, layers_of(light.groups), factors).image; });
+  at_low_priority(
+      [&] { image = mix_colour(small ? light.small : light.light, layers_of(light.groups), factors).image; });
   return image;
 }
 
@@ -106,8 +126,11 @@ LightMixes::Clock::time_point LightMixes::read(const JobId& job) {
     light.block = mix_block(status.settings.grid.crop, std::min(most_pixels_, kMostValues / values));
     light.light = farm_.light_groups(job, light.block);
     // A film that nothing was folded into knows of no groups yet.
-    if (!light.groups.empty() && light.light.image.channels == values && !light.light.channels.empty())
-      keep(job, std::make_shared<const MixedLight>(std::move(light)), after(kJobTimePerRead));
+    if (light.light.channels.empty() || light.light.image.channels != values) return after(kRestPerRead);
+    const Clock::time_point next = after(kJobTimePerRead), rested = after(kRestPerRead);
+    light.small = small_of(light.light);
+    keep(job, std::make_shared<const MixedLight>(std::move(light)), next);
+    return rested;
   } catch (const std::exception&) {
     // The job's own note says what is wrong with its film; it is tried again when it is asked for again.
   }

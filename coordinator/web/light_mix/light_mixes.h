@@ -25,11 +25,18 @@ struct MixedLight {
   LightGroups groups;
   int block = 1;     // a pixel is the mean of so many by so many of the job's image
   std::string mark;  // film_mark() of what it shows
+  /// The same with at most kSmallMix pixels a side, which is mixed much sooner; without pixels if it has no
+  /// more.
+  ChannelImage small;
 };
 
-/// The image, each group times its factor, on this thread at low priority. `factors` are in the order of the
-/// groups; where all of a channel are 1 it is the image as it was rendered.
-Image mixed_image(const MixedLight& light, std::span<const LightFactor> factors);
+/// What the dashboard asks for while a slider moves.
+inline constexpr int kSmallMix = 800;
+
+/// The image, each group times its factor, at low priority. `factors` are in the order of the groups; where
+/// all of a channel are 1 it is the image as it was rendered. It may be larger than `side` pixels, which the
+/// caller wants of it (0: all), where that does not save time.
+Image mixed_image(const MixedLight& light, std::span<const LightFactor> factors, int side = 0);
 
 class LightMixes {
  public:

@@ -99,8 +99,8 @@ std::string bytes_with_groups(const LeaseGrant& grant) {
 
 class LightMixesTest : public WebApiTest {
  protected:
-  JobId submit(int64_t spp = 4) {
-    JobRequest request = small_job(96, 64, spp, Integrator::kPt);
+  JobId submit(int64_t spp = 4, int width = 96, int height = 64) {
+    JobRequest request = small_job(width, height, spp, Integrator::kPt);
     request.settings.aovs = kAovLightGroups;
     request.settings.light_groups = kGroups;
     return farm.submit(request);
@@ -205,6 +205,26 @@ TEST_F(LightMixesTest, OfLargeImagesAreOfMeans) {
   for (size_t i = 0; i < mixed.data.size(); ++i)
     ASSERT_NEAR(mixed.data[i], small.data[i], 1e-5 * small.data[i]);
   EXPECT_THROW(mixed_image(*answer.light, std::vector<LightFactor>(2)), std::invalid_argument);
+}
+
+TEST_F(LightMixesTest, OfSmallPicturesAreOfTheMeansOfLight) {
+  const JobId job = submit(1, 2 * kSmallMix - 200, 32);
+  work_with_groups();
+  LightMixes mixes(farm);
+  const LightMixes::Answer answer = newest(mixes, job);
+  EXPECT_EQ(answer.light->block, 1);
+  const std::vector<LightFactor> factors = {{2, 2, 2}, {1, 0, 1}, {0, 0.25, 3}};
+  const Image whole = mixed_image(*answer.light, factors),
+              small = mixed_image(*answer.light, factors, kSmallMix);
+  const Image means = reduced(whole, kSmallMix);
+  EXPECT_EQ(whole.width, 2 * kSmallMix - 200);
+  ASSERT_EQ(small.width, means.width);
+  ASSERT_EQ(small.height, means.height);
+  for (size_t i = 0; i < means.data.size(); ++i)
+    ASSERT_NEAR(small.data[i], means.data[i], 1e-5 * means.data[i]);
+  EXPECT_EQ(mixed_image(*answer.light, factors, 100).width, whole.width) << "that is of smaller blocks";
+  EXPECT_EQ(newest(job, "?mix=key:2&side=800")->body.size(), 16u + 2 * 3 * 700 * 16);
+  EXPECT_EQ(newest(job, "?mix=key:2&side=100")->body.size(), 16u + 2 * 3 * 100 * 3);
 }
 
 TEST_F(LightMixesTest, KeepTheLightOfTheJobsLastLookedAt) {

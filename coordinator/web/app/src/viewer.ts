@@ -6,7 +6,7 @@ import { store } from "./store";
 import type { Curve } from "./tone";
 import { drawDivider, drawLegend, drawNote, valueText } from "./viewer_parts";
 
-const kMovingSide = 800;
+const kMovingSide = 800; // kSmallMix of coordinator/web/light_mix, which has it at hand
 const kCurves: Curve[] = ["srgb", "filmic", "aces", "none"];
 
 export class Viewer {
