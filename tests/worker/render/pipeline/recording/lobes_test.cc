@@ -11,6 +11,7 @@
 #include "common/base/error.h"
 #include "common/film/film.h"
 #include "common/film/partial_decoder.h"
+#include "common/job/sample_allocation.h"
 #include "common/scene/lights/scene_light_groups.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
@@ -146,6 +147,36 @@ TEST(Lobes, AddUpToTheColour) {
     for (size_t part = 0; part < kLobeParts; ++part) {
       if (integrator == Integrator::kLt) continue;
       EXPECT_GT(means[part], 0) << kLobeNames[part];
+    }
+  }
+}
+
+TEST(Lobes, AddUpUnderFiltersSensorsAndWeights) {
+  for (const FilterKind filter : {FilterKind::kGaussian, FilterKind::kMitchell}) {
+    TestScene s = room_of_all_sorts();
+    s.scene.filter = {.kind = filter};
+    s.scene.film.sensor = {0.9, -0.2, 0, 0, 1.1, -0.1, 0.2, 0, 1.5};
+    for (const Integrator integrator : kWithLobes) {
+      RenderSettings settings = with_lobes(settings_for(s.scene, integrator, 20, 5));
+      if (integrator != Integrator::kLt) {
+        settings.plan = plan_of(settings);
+        const RegionGrid regions = regions_of(settings.grid);
+        settings.plan->allocation.levels = std::string(static_cast<size_t>(regions.count()), '0');
+        for (int64_t i = 0; i < regions.count(); ++i)
+          settings.plan->allocation.set_level(i, kLeastLevel + static_cast<int>(i * 7 % 5));
+      }
+      const Film film = lobe_film(s.scene, settings);
+      const Image colour = film.resolve();
+      const ChannelImage aovs = film.resolve_aovs();
+      for (size_t i = 0; i < colour.data.size(); ++i) {
+        double light = 0, size = 0;
+        for (size_t part = 0; part < kLobeParts; ++part) {
+          const double value = aovs.image.data[i / 3 * aovs.channels.size() + 3 * part + i % 3];
+          light += value;
+          size += std::abs(value);
+        }
+        ASSERT_NEAR(light, colour.data[i], 1e-6 * size + 1e-12) << name_of(integrator) << ' ' << i;
+      }
     }
   }
 }
