@@ -44,7 +44,7 @@ class LightmillViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_indirect: BoolProperty(name="Indirect", description="All the rest of the light")
     use_pass_volume_direct: BoolProperty(name="Volume Direct", description="Light that a medium scattered once")
     use_pass_volume_indirect: BoolProperty(
-        name="Volume Indirect", description="Light that a medium scattered last, after other events")
+        name="Volume Indirect", description="Light whose last event was in a medium, after others")
     use_pass_variance: BoolProperty(name="Variance", description="Of one sample of the pixel")
     use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of the pixel")
 
