@@ -36,6 +36,11 @@ std::string JobFollower::next() {
     data["detail"] = std::move(view);
   }
 
+  if (status.denoised_relmse != denoised_mark_) {  // of a point that was told without it
+    denoised_mark_ = status.denoised_relmse;
+    points_ = 0;
+    curve_mark_ = {};
+  }
   const auto& [relmse, spp, state] = curve_mark_;
   if (!begun_ || status.relmse.value_or(0) != relmse || status.spp >= kPointSpacing * spp ||
       status.state != state) {

@@ -1,6 +1,7 @@
 #pragma once
 // One job in depth, for one browser: what changed of its settings, curve and tiles since the last time.
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 
@@ -23,6 +24,7 @@ class JobFollower {
   uint64_t version_ = 0;
   std::string detail_;
   std::tuple<double, double, JobState> curve_mark_{};  // relMSE, spp and state when the curve was last read
+  std::optional<double> denoised_mark_;                // the denoised image's error at that time
   size_t points_ = 0;
   std::map<int64_t, std::string> tiles_;  // as they were sent, but for ages
 };

@@ -125,7 +125,7 @@ class Farm:
 
     @overload
     def submit(self, scene: Path, *, spp: int | None = None, time: float | None = None,
-               target_error: float | None = None, integrator: str | None = None, max_depth: int | None = None,
+               target_error: float | None = None, target_denoised: bool = False, integrator: str | None = None, max_depth: int | None = None,
                seed: int | None = None, resolution: tuple[int, int] | None = None,
                crop: tuple[float, float, float, float] | None = None, aovs: str | None = None,
                uniform_sampling: bool = False, overrides: str | None = None, camera: str | None = None,
@@ -139,7 +139,8 @@ class Farm:
         """Submits a scene file (.pbrt, .pbrt.gz, .gltf, .glb) with all that it refers to. The coordinator reads it, so
         what is not given is as the scene says. Files that the farm has are not sent again.
 
-        The options mean what those of `lightmill submit` mean: `time` in seconds, `max_depth` 0 for unlimited,
+        The options mean what those of `lightmill submit` mean: `time` in seconds, `target_denoised` that `target_error` is
+        of the denoised image, `max_depth` 0 for unlimited,
         `resolution` (width, height) in pixels, `crop` x0, x1, y0, y1 in 0..1, `aovs` names with commas between,
         `shutter` (opens, closes) in seconds after `time_of`, `environment` an image file that lights a glTF scene.
         `files` gives files of the scene that lie elsewhere or only in memory, by their names in the scene; `scene` may
@@ -178,7 +179,7 @@ class Farm:
                         warnings=tuple(check.warnings))
 
     def _submit_job(self, scene: Path, *, spp: int | None = None, time: float | None = None,
-               target_error: float | None = None, integrator: str | None = None, max_depth: int | None = None,
+               target_error: float | None = None, target_denoised: bool = False, integrator: str | None = None, max_depth: int | None = None,
                seed: int | None = None, resolution: tuple[int, int] | None = None,
                crop: tuple[float, float, float, float] | None = None, aovs: str | None = None,
                uniform_sampling: bool = False, overrides: str | None = None, camera: str | None = None,
@@ -189,7 +190,7 @@ class Farm:
                progress: Progress | None = None) -> Job:
         extra = dict(files or {})
         request = scene_request(
-            spp=spp, time=time, target_error=target_error, integrator=integrator, max_depth=max_depth, seed=seed,
+            spp=spp, time=time, target_error=target_error, target_denoised=target_denoised, integrator=integrator, max_depth=max_depth, seed=seed,
             resolution=resolution, crop=crop, aovs=aovs, uniform_sampling=uniform_sampling, overrides=overrides,
             camera=camera, environment=_with_environment(environment, extra), animation=animation, time_of=time_of, shutter=shutter,
             strict=strict, missing_textures=missing_textures, strict_lights=strict_lights, name=name, priority=priority,

@@ -41,7 +41,7 @@ struct Range {
 
 void include(const ErrorPoint& p, Range* x, Range* y) {
   x->include(p.wall_seconds);
-  for (const Value value : {&ErrorPoint::relmse, &ErrorPoint::true_relmse}) {
+  for (const Value value : {&ErrorPoint::relmse, &ErrorPoint::true_relmse, &ErrorPoint::denoised_relmse}) {
     if (p.*value && plottable(*(p.*value))) y->include(*(p.*value));
   }
   // A band that reaches down to 0 or far up must not squeeze the curve: it is clipped to a decade around it.
@@ -65,13 +65,14 @@ std::string path(const std::vector<ErrorPoint>& points, Value value, const LogAx
 }
 
 /// The interval, there and back.
-std::string band(const std::vector<ErrorPoint>& points, const LogAxis& x, const LogAxis& y) {
+std::string band(const std::vector<ErrorPoint>& points, Value low, Value high, const LogAxis& x,
+                 const LogAxis& y) {
   std::string upper, lower;
   for (const ErrorPoint& p : points) {
-    if (!p.relmse_low || !p.relmse_high) continue;
+    if (!(p.*low) || !(p.*high)) continue;
     upper += upper.empty() ? 'M' : 'L';
-    upper += at(x, y, p.wall_seconds, *p.relmse_high);
-    lower = std::string("L").append(at(x, y, p.wall_seconds, *p.relmse_low)).append(lower);
+    upper += at(x, y, p.wall_seconds, *(p.*high));
+    lower = std::string("L").append(at(x, y, p.wall_seconds, *(p.*low))).append(lower);
   }
   return upper.empty() ? "" : upper + lower + "Z";
 }
@@ -144,9 +145,13 @@ std::string error_svg(const std::vector<ErrorCurve>& curves) {
 
   std::vector<LegendEntry> entries;
   for (size_t i = 0; i < all.size(); ++i) {
-    const std::string d = band(all[i], x, y);
+    const std::string d = band(all[i], &ErrorPoint::relmse_low, &ErrorPoint::relmse_high, x, y);
     if (!d.empty())
       svg += "<path d=\"" + d + "\" class=\"lm-band" + std::to_string(i % kChartColours) + "\"/>\n";
+    // Several runs' would be too many lines.
+    const std::string of_denoised =
+        single ? band(all[i], &ErrorPoint::denoised_relmse_low, &ErrorPoint::denoised_relmse_high, x, y) : "";
+    if (!of_denoised.empty()) svg += "<path d=\"" + of_denoised + "\" class=\"lm-band2\"/>\n";
   }
   for (size_t i = 0; i < all.size(); ++i) {
     if (all[i].empty()) continue;
@@ -160,8 +165,11 @@ std::string error_svg(const std::vector<ErrorCurve>& curves) {
     if (!estimate.empty()) svg += "<path d=\"" + estimate + "\" class=\"lm-line" + series + "\"/>\n";
     if (!truth.empty()) svg += "<path d=\"" + truth + "\" class=\"" + truth_class + "\"/>\n";
     svg += dots(all[i], x, y, series);
+    const std::string denoised = single ? path(all[i], &ErrorPoint::denoised_relmse, x, y) : "";
+    if (!denoised.empty()) svg += "<path d=\"" + denoised + "\" class=\"lm-line2\"/>\n";
     if (single) {
       if (!estimate.empty()) entries.push_back({"lm-line0", "estimate, 95 % interval"});
+      if (!denoised.empty()) entries.push_back({"lm-line2", "denoised, 95 % interval"});
       if (!truth.empty()) entries.push_back({truth_class, "against the reference"});
     } else {
       entries.push_back({"lm-line" + series, utf8_prefix(curves[i].job_name, kLegendName)});

@@ -96,16 +96,22 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
 
 TEST(Report, CsvRoundTrips) {
   const TempFolder folder;
-  const ErrorCurve curve = example_curve();
+  ErrorCurve curve = example_curve();
+  curve.points.front().denoised_relmse = 0.125;
+  curve.points.front().denoised_relmse_low = 0.0625;
+  curve.points.front().denoised_relmse_high = 0.25;
   write_report(folder.path().string(), {}, curve, Image(1, 1));
+  EXPECT_THAT(slurp(folder / "report.html"), HasSubstr("0.125 (95 %: 0.0625 to 0.25)"));
+  EXPECT_THAT(slurp(folder / "error.svg"), HasSubstr("denoised, 95 % interval"));
   const std::string csv = slurp(folder / "error.csv");
   EXPECT_EQ(
       csv.substr(0, csv.find('\n')),
       "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip,"
       "relmse_4,relmse_4_low,relmse_4_high,relmse_16,relmse_16_low,relmse_16_high,"
-      "relmse_32,relmse_32_low,relmse_32_high,true_relmse_4,true_relmse_16,true_relmse_32");
-  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,,,,,,,,,,,,,\n"));
-  EXPECT_THAT(csv, HasSubstr(",0.2,0.01,0.005,0.02,0.004,,,,,,0.03,,\n"));
+      "relmse_32,relmse_32_low,relmse_32_high,true_relmse_4,true_relmse_16,true_relmse_32,"
+      "denoised_relmse,denoised_relmse_low,denoised_relmse_high");
+  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,,,,,,,,,,,,,,0.125,0.0625,0.25\n"));
+  EXPECT_THAT(csv, HasSubstr(",0.2,0.01,0.005,0.02,0.004,,,,,,0.03,,,,,\n"));
   const ErrorCurve back = read_report_csv(folder / "error.csv");
   ASSERT_EQ(back.points.size(), curve.points.size());
   ErrorCurve nameless = curve;
@@ -163,7 +169,21 @@ TEST(Report, MalformedCsvNamesItsLine) {
   EXPECT_THAT(message(longer + "1,1,1,,,,0,,,\n"), HasSubstr("expected 22 cells, found 10"));
   EXPECT_THAT(message(longer + "1,1,1,,,,0,,,,,,,,,,,,,,,,\n"), HasSubstr("more than 22"));
   EXPECT_THAT(message(longer + "1,1,1,,,,0,,,,y,,,,,,,,,,,\n"), HasSubstr("error.csv:2: \"y\""));
+  const std::string longest =
+      longer.substr(0, longer.size() - 1) + ",denoised_relmse,denoised_relmse_low,denoised_relmse_high\n";
+  EXPECT_EQ(message(longest + "1,1,1,,,,0,,,,,,,,,,,,,,,1,,,2\n"), "");
+  EXPECT_THAT(message(longest + "1,1,1,,,,0,,,,,,,,,,,,,,,1\n"), HasSubstr("expected 25 cells, found 22"));
   EXPECT_THROW(read_report_csv(folder / "none.csv"), Error);
+}
+
+TEST(Report, APointThatCameAgainStandsWhereItWas) {
+  ErrorPoint first, second, again;
+  first.spp = again.spp = 32, second.spp = 64;
+  again.denoised_relmse = 0.01;
+  const std::vector<ErrorPoint> points = newest_points({first, second, again});
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[0].denoised_relmse, 0.01);
+  EXPECT_EQ(points[1].spp, 64);
 }
 
 TEST(Report, PlotsOfAnyCurveAreWellFormed) {

@@ -55,6 +55,12 @@ Partial fake_partial(const TileSpec& tile, const RenderSettings& settings, doubl
       if (camera) p.camera.push_back(sum);
     }
   }
+  // What is seen is black, faces nowhere and is at no distance.
+  p.aovs.spec.set = settings.aovs;
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    if (has_layer(p.aovs.spec, layer))
+      p.aovs.layers[static_cast<size_t>(layer)].resize(static_cast<size_t>(r.area()));
+  }
   const auto samples = static_cast<uint64_t>(r.area()) * static_cast<uint64_t>(tile.samples());
   for (const auto& [pixel, sum] : splats) p.splats.push_back({pixel, sum});
   if (light) p.light_paths = samples;

@@ -17,7 +17,7 @@ export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-/** Where the line meets `target` if the error goes on falling as 1/x; empty if it is there or can't be told. */
+/** Where the line of the raw image meets `target` if the error goes on falling as 1/x; empty if it is there or can't be told. */
 export function reachesAt(points: CurvePoint[], target: number | undefined, axis: Axis): number | undefined {
   const last = points.at(-1);
   if (!target || last?.relmse === undefined || last.relmse <= target) return undefined;
@@ -31,6 +31,7 @@ export class ErrorChart {
   private axis: Axis = "wall_seconds";
   private points: CurvePoint[] = [];
   private target: number | undefined;
+  private ofDenoised = false; // the target
   private readonly text = h("p", { class: "chart-text" });
 
   constructor(cleanup: Cleanup) {
@@ -52,9 +53,11 @@ export class ErrorChart {
     this.points = points;
     this.holder.hidden = !points.some((p) => p.relmse !== undefined);
     const target = job?.target_error;
+    const ofDenoised = job?.target_denoised ?? false;
     const has = points.some((p) => p.true_relmse !== undefined);
-    if (!this.plot || had !== has || target !== this.target) {
+    if (!this.plot || had !== has || target !== this.target || ofDenoised !== this.ofDenoised) {
       this.target = target;
+      this.ofDenoised = ofDenoised;
       this.rebuild();
     } else {
       this.plot.setData(this.data());
@@ -65,14 +68,20 @@ export class ErrorChart {
     else {
       parts.push(`relMSE ${format.error(last.relmse)}`);
       if (last.relmse_low !== undefined) parts.push(`95 % in ${format.error(last.relmse_low)} … ${format.error(last.relmse_high)}`);
+      const clean = points.filter((p) => p.denoised_relmse !== undefined).at(-1);
+      if (clean) {
+        const between = clean.denoised_relmse_low === undefined ? "" : ` (95 % in ${format.error(clean.denoised_relmse_low)} … ${format.error(clean.denoised_relmse_high)})`;
+        parts.push(`denoised ${format.error(clean.denoised_relmse)}${between}`);
+      }
       if (last.true_relmse !== undefined) parts.push(`true ${format.error(last.true_relmse)}`);
       if (job?.state === "running" && last.wall_seconds > 0) {
         const minute = last.relmse * (last.wall_seconds / (last.wall_seconds + 60));
         parts.push(`another minute: ${format.error(minute)}`);
       }
-      const reach = reachesAt(points, target, "wall_seconds");
+      const reach = ofDenoised ? undefined : reachesAt(points, target, "wall_seconds");
+      const high = ofDenoised ? clean?.denoised_relmse_high : last.relmse_high;
       if (reach !== undefined) parts.push(`target in about ${format.duration(reach - last.wall_seconds)} of rendering`);
-      else if (target && (last.relmse_high ?? Infinity) <= target) parts.push("target met");
+      else if (target && (high ?? Infinity) <= target) parts.push(ofDenoised ? "target of the denoised image met" : "target met");
     }
     this.text.textContent = parts.join(" · ");
   }
@@ -80,15 +89,15 @@ export class ErrorChart {
   private data(): uPlot.AlignedData {
     const points = this.points.filter((p) => (p.relmse ?? 0) > 0 && p[this.axis] > 0);
     const xs = points.map((p) => p[this.axis]);
-    const column = (key: "relmse" | "relmse_low" | "relmse_high" | "true_relmse") =>
+    const column = (key: "relmse" | "relmse_low" | "relmse_high" | "true_relmse" | "denoised_relmse" | "denoised_relmse_low" | "denoised_relmse_high") =>
       points.map((p) => { const v = p[key]; return v !== undefined && v > 0 ? v : null; });
-    const columns = [column("relmse"), column("relmse_low"), column("relmse_high"), column("true_relmse")];
+    const columns = [column("relmse"), column("relmse_low"), column("relmse_high"), column("true_relmse"), column("denoised_relmse"), column("denoised_relmse_low"), column("denoised_relmse_high")];
     const ahead = points.map((): number | null => null);
     // A target that is decades away would leave nothing of the curve.
-    const error = points.at(-1)?.relmse;
+    const error = this.ofDenoised ? points.filter((p) => p.denoised_relmse !== undefined).at(-1)?.denoised_relmse : points.at(-1)?.relmse;
     const target = this.target && error !== undefined && this.target > error / kMostAway ? this.target : undefined;
     const line = points.map((): number | null => target ?? null);
-    const reach = reachesAt(this.points, target, this.axis);
+    const reach = this.ofDenoised ? undefined : reachesAt(this.points, target, this.axis);
     const last = points.at(-1);
     // What is to come, as long as it fits the picture.
     if (reach !== undefined && last?.relmse !== undefined && reach < 30 * last[this.axis]) {
@@ -142,10 +151,13 @@ export class ErrorChart {
         { label: "low", ...invisible },
         { label: "high", ...invisible },
         { label: "true", stroke: colour("--good"), width: 1.5, points: { show: true, size: 4 } },
+        { label: "denoised", stroke: colour("--ink-2"), width: 2, points: { show: true, size: 5 }, spanGaps: true },
+        { label: "denoised low", ...invisible, spanGaps: true },
+        { label: "denoised high", ...invisible, spanGaps: true },
         { label: "ahead", stroke: main, width: 1, dash: [2, 4], points: { show: false }, spanGaps: true },
         { label: "target", stroke: colour("--warn"), width: 1.5, dash: [6, 4], points: { show: false }, spanGaps: true },
       ],
-      bands: [{ series: [3, 2], fill: colour("--band") }],
+      bands: [{ series: [3, 2], fill: colour("--band") }, { series: [7, 6], fill: colour("--band") }],
     };
     this.plot = new uPlot(options, this.data(), this.holder);
   }

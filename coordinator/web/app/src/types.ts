@@ -26,6 +26,8 @@ export interface Job {
   spp_total?: number;
   time_limit?: number;
   target_error?: number;
+  /** It is that of the denoised image. */
+  target_denoised?: boolean;
   wall_seconds: number;
   cpu_seconds: number;
   rate: number;
@@ -36,6 +38,10 @@ export interface Job {
   relmse?: number;
   relmse_low?: number;
   relmse_high?: number;
+  /** Of the image denoised, as it was some samples ago. */
+  denoised_relmse?: number;
+  denoised_relmse_low?: number;
+  denoised_relmse_high?: number;
   /** Of means over boxes of 4x4, 16x16 and 32x32 pixels; their intervals are told, too. */
   relmse_4?: number;
   relmse_16?: number;
@@ -86,6 +92,9 @@ export interface CurvePoint {
   relmse?: number;
   relmse_low?: number;
   relmse_high?: number;
+  denoised_relmse?: number;
+  denoised_relmse_low?: number;
+  denoised_relmse_high?: number;
   true_relmse?: number;
   true_flip?: number;
   relmse_4?: number;
