@@ -243,6 +243,7 @@ void check_aovs(const AovSums& sums, const FilmGrid& grid, size_t tile_pixels, i
   };
   check_hits(kDepthLayer, 1);
   check_hits(kUvLayer, 2);
+  check_hits(kMotionLayer, 2);
   const std::vector<ExactRgb>&albedo = sums.layers[kAlbedoLayer], &diffuse = sums.layers[kDiffuseAlbedoLayer];
   for (size_t i = 0; i < std::min(albedo.size(), diffuse.size()); ++i) {
     if (!within(diffuse[i], albedo[i])) refuse_partial("more diffuse albedo than albedo");

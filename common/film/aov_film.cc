@@ -134,6 +134,8 @@ struct PixelSums {
         return difference(c);
       case kAovUv:
         return hits_of(kUvLayer) > 0 ? uv_of(of(kUvLayer, c), hits_of(kUvLayer)) : 0;
+      case kAovMotion:
+        return hits_of(kMotionLayer) > 0 ? motion_of(of(kMotionLayer, c), hits_of(kMotionLayer)) : 0;
       case kAovDiffuseAlbedo:
         return weights() > 0 ? albedo_of(of(kDiffuseAlbedoLayer, c), weights()) : 0;
       case kAovSpecularAlbedo:
@@ -229,7 +231,7 @@ void get_parts(size_t pixels, ByteReader* in, std::vector<GroupLayers>* parts) {
 
 int channels_of(Aovs aov) {
   if (aov & (kAovDepth | kAovAlpha | kAovSamples | kAovsOfIds)) return 1;
-  return aov & kAovUv ? 2 : 3;
+  return aov & (kAovUv | kAovMotion) ? 2 : 3;
 }
 
 /// The AOVs whose channels come before those of halves, groups and mattes, and after them (aov_channels).

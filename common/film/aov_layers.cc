@@ -12,9 +12,11 @@ namespace {
 constexpr int kFractionBits = 30;  // of albedo and normal
 constexpr int kLengthBits = 32;    // of normalised space, and of texture coordinates
 constexpr int kLengthRange = 20;   // they saturate at 2^kLengthRange, lengths times the scene's extent
+constexpr int kPixelBits = 20;     // of motion on the film, and as many above
 constexpr int kSquareBits = 60;
 static_assert(kNormalBias == Units{2} << kFractionBits);
 static_assert(kPositionBias == Units{1} << (kLengthBits + kLengthRange));
+static_assert(kMotionBias == Units{1} << (kPixelBits + kPixelBits));
 
 /// x in steps of 2^-bits, rounded half up and saturated at +-2^range; 0 for NaN.
 int64_t steps(float x, int bits, int range) {
@@ -49,6 +51,8 @@ bool needs_layer(Aovs set, int layer) {
       return set & kAovVariance;
     case kDiffuseAlbedoLayer:
       return set & (kAovDiffuseAlbedo | kAovSpecularAlbedo);
+    case kMotionLayer:
+      return set & kAovMotion;
     case kUvLayer:
       return set & kAovUv;
     default:
@@ -67,6 +71,9 @@ Units depth_units(float x) {
   return static_cast<Units>(std::max<int64_t>(0, steps(x, kLengthBits, kLengthRange)));
 }
 Units uv_units(float x) { return position_units(x); }
+Units motion_units(float x) {
+  return static_cast<Units>(static_cast<int64_t>(kMotionBias) + steps(x, kPixelBits, kPixelBits));
+}
 
 Units square_units(float radiance, int quantum_exponent) {
   const double x = std::ldexp(double{radiance}, -(quantum_exponent + kQuantumBitsBelowScale));
@@ -94,6 +101,10 @@ double depth_of(Units sum, int64_t hits, const AovFrame& frame) {
 
 double uv_of(Units sum, int64_t hits) {
   return std::ldexp(unbiased(sum, kUvBias, hits) / static_cast<double>(hits), -kLengthBits);
+}
+
+double motion_of(Units sum, int64_t hits) {
+  return std::ldexp(unbiased(sum, kMotionBias, hits) / static_cast<double>(hits), -kPixelBits);
 }
 
 double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, int64_t count,

@@ -17,6 +17,7 @@
 //   variance  RGB squared               2^-60 S^2                every sample
 //   diffuse   albedo of diffuse lobes   2^-30                    every sample; a part of albedo
 //   uv        U, V + 2^52 steps, hits   2^-32                    samples that hit something
+//   motion    X, Y + 2^40 steps, hits  2^-20 pixels             samples that hit something
 //   weights   weight, samples, unused   1 / kWeightOne           every sample, where they differ
 //
 // Under adaptive sampling (common/job/sample_allocation.h) a sample has a weight, a power of two. There all
@@ -72,6 +73,7 @@ enum AovLayer {
   kWeightsLayer,
   kUvLayer,
   kDiffuseAlbedoLayer,
+  kMotionLayer,
   kAovLayers
 };
 /// Whether AOVs of the set are formed from this layer. The weights' is another matter: see the next one.
@@ -104,12 +106,14 @@ struct AovSums {
 };
 
 // The units that one sample adds.
-inline constexpr Units kNormalBias = Units{1} << 31, kPositionBias = Units{1} << 52, kUvBias = kPositionBias;
+inline constexpr Units kNormalBias = Units{1} << 31, kPositionBias = Units{1} << 52, kUvBias = kPositionBias,
+                       kMotionBias = Units{1} << 40;
 Units albedo_units(float reflectance);   // [0, 1]
 Units normal_units(float coordinate);    // [-1, 1], with its bias
 Units position_units(float coordinate);  // normalised space, with its bias
 Units depth_units(float distance);       // normalised space
 Units uv_units(float coordinate);        // with its bias; within +-2^20
+Units motion_units(float pixels);        // likewise
 Units square_units(float radiance, int quantum_exponent);
 
 // The inverse of sums over `weights` (>= 1), which are those of the samples or their number.
@@ -119,6 +123,7 @@ double normal_of(Units sum, int64_t weights);
 double position_of(Units sum, int64_t hits, const AovFrame& frame, int axis);
 double depth_of(Units sum, int64_t hits, const AovFrame& frame);
 double uv_of(Units sum, int64_t hits);
+double motion_of(Units sum, int64_t hits);
 /// Variance of one of `count` samples: from the sum of squares, whose weights add up to `weights`, and that
 /// of radiance over `samples` sample indices. 0 for a single sample.
 double variance_of(Units squares, int64_t weights, Units sum, int64_t samples, int64_t count,

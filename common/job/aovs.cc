@@ -35,6 +35,7 @@ constexpr Entry kEntries[] = {{kAovAlbedo, "albedo", "RGB"},
                               {kAovMaterialId, "materialid", "V"},
                               {kAovDiffuseAlbedo, "diffusealbedo", "RGB"},
                               {kAovSpecularAlbedo, "specularalbedo", "RGB"},
+                              {kAovMotion, "motion", "XY"},
                               {kAovLobes, "lobes", "RGB"}};
 constexpr Aovs all_entries() {
   Aovs set = 0;

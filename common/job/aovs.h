@@ -25,6 +25,8 @@
 //   uv        texture coordinates of the first hit, mean over the samples that hit something; 0 if none does
 //   objectid, materialid  number of the object and of the material that most samples of the pixel hit first
 //             (common/film/cryptomatte/matte_sums.h); 0 where nothing is hit
+//   motion    how far what the first hit shows moves on the film from the shutter's opening to its closing,
+//             pixels, X right and Y up; mean over the samples that hit something; 0 if none does
 //   diffusealbedo, specularalbedo  what diffuse lobes have of albedo, and the rest; they add up to it
 //   lobes     light by the first scattering event that its path has from the camera (common/job/lobes.h),
 //             RGB; they add up to the colour
@@ -42,8 +44,8 @@ inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPositio
                       kAovDifference = 512, kAovLightGroups = 1024, kAovCryptoObject = 2048,
                       kAovCryptoMaterial = 4096, kAovCryptoAsset = 8192, kAovUv = 1 << 14,
                       kAovObjectId = 1 << 15, kAovMaterialId = 1 << 16, kAovDiffuseAlbedo = 1 << 17,
-                      kAovSpecularAlbedo = 1 << 18, kAovLobes = 1 << 20;
-inline constexpr Aovs kAllAovs = ((1u << 19) - 1) | kAovLobes;
+                      kAovSpecularAlbedo = 1 << 18, kAovMotion = 1 << 19, kAovLobes = 1 << 20;
+inline constexpr Aovs kAllAovs = (1u << 21) - 1;
 /// "cryptomatte" among names.
 inline constexpr Aovs kAovsOfCryptomatte = kAovCryptoObject | kAovCryptoMaterial | kAovCryptoAsset;
 inline constexpr Aovs kAovsOfIds = kAovObjectId | kAovMaterialId;

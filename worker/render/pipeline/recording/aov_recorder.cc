@@ -7,6 +7,7 @@
 
 #include "common/film/signed_sum.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
+#include "worker/render/pipeline/recording/motion_vectors.h"
 #include "worker/render/pipeline/recording/surface_albedo.h"
 #include "worker/render/renderer.h"
 
@@ -53,6 +54,7 @@ void AovRecorder::begin_layer(const Wavefront& w) {
   std::memset(albedo_, 0, sizeof albedo_);
   std::memset(diffuse_, 0, sizeof diffuse_);
   std::memset(normal_, 0, sizeof normal_);
+  std::memset(motion_, 0, sizeof motion_);
   std::memset(direct_, 0, sizeof direct_);
   std::memset(hit_, 0, sizeof hit_);
   std::memset(surface_found_, 0, sizeof surface_found_);
@@ -67,6 +69,11 @@ void AovRecorder::hits(const StageContext& context, const Hit& hit, LaneMask act
     store_lanes(position_, v.path, active, v.p);
     const CameraMotion& motion = context.scene.camera_motion;
     const Vec3<Lane> p = motion.moves ? motion.at_rest(v.p, gather(paths.time, v.path)) : v.p;
+    if (spec_.set & kAovMotion && context.scene.moves()) {
+      const auto moved = motion_on_film(context, hit, active, gather(paths.time, v.path));
+      scatter(motion_[0], v.path, moved[0], active);
+      scatter(motion_[1], v.path, -moved[1], active);
+    }
     scatter(depth_, v.path, depth_of_point(context.camera, p), active);
   }
   const LaneMask opaque = mask_and(active, mask_not(pure_delta<Lane>(v.kind)));
@@ -159,6 +166,10 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
     if (hit_[i] && (set & kAovUv)) {
       for (size_t c = 0; c < 2; ++c) sums_[kUvLayer][pixel].c[c] += times * uv_units(uv_[c][i]);
       sums_[kUvLayer][pixel].c[2] += times;
+    }
+    if (hit_[i] && (set & kAovMotion)) {
+      for (size_t c = 0; c < 2; ++c) sums_[kMotionLayer][pixel].c[c] += times * motion_units(motion_[c][i]);
+      sums_[kMotionLayer][pixel].c[2] += times;
     }
     if (hit_[i] && (set & kAovsOfCounts)) mattes_.add(pixel, i, static_cast<uint64_t>(times));
     float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};

@@ -57,7 +57,7 @@ class AovRecorder {
   // Of the sample at hand, by path slot.
   alignas(32) float albedo_[3][kWavefront], diffuse_[3][kWavefront], normal_[3][kWavefront],
       position_[3][kWavefront];
-  alignas(32) float depth_[kWavefront], uv_[2][kWavefront];
+  alignas(32) float depth_[kWavefront], uv_[2][kWavefront], motion_[2][kWavefront];
   alignas(32) float direct_[3][kWavefront], before_[3][kWavefront];
   float weight_[kWavefront];  // of the sample, whatever the sensor makes of it later
   uint8_t hit_[kWavefront], surface_found_[kWavefront];
