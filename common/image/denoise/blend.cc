@@ -7,9 +7,9 @@ namespace lightmill::denoise {
 
 namespace {
 
-constexpr int kBlendRadius = 4;       // of the boxes that sums are over
-constexpr int kWideRadius = 12;       // and of wider ones,
-constexpr float kWideFactor = 0.04f;  // and what their pixels count: they bound the noise of t
+constexpr int kBlendRadius = 3;      // of the boxes that sums are over
+constexpr int kWideRadius = 12;      // and of wider ones,
+constexpr float kWideFactor = 0.1f;  // and what their pixels count: they bound the noise of t
 constexpr int kNearRadius = 1;
 
 /// Pixels of the box around (x, y), cut at the border.
@@ -19,9 +19,7 @@ int pixels_around(const Extent& extent, int x, int y, int radius) {
   return rows * columns;
 }
 
-/// Sums over the pixels around, but for the nearest. With those a pixel's t would follow its own noise, and
-/// the error that is left would seem less than it is.
-Plane sums_around(const Extent& extent, const Plane& plane, int threads) {
+Plane sums_around(const Extent& extent, const Plane& plane, BlendSums of, int threads) {
   Plane sums(extent.pixels(), 0.0f);
   const auto add = [&](int radius, float factor) {
     Plane means = plane;
@@ -35,7 +33,7 @@ Plane sums_around(const Extent& extent, const Plane& plane, int threads) {
   };
   add(kBlendRadius, 1);
   add(kWideRadius, kWideFactor);
-  add(kNearRadius, -(1 + kWideFactor));
+  if (of == BlendSums::kButNear) add(kNearRadius, -(1 + kWideFactor));
   return sums;
 }
 
@@ -46,7 +44,8 @@ bool has_others(const Extent& extent, int x, int y) {
 
 }  // namespace
 
-void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, int threads, Halves* base) {
+void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, BlendSums sums, int threads,
+              Halves* base) {
   const size_t pixels = extent.pixels();
   Plane product(pixels), square(pixels);
   for_rows(extent, threads, [&](int y) {
@@ -63,7 +62,8 @@ void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, i
       }
     }
   });
-  const Plane up = sums_around(extent, product, threads), down = sums_around(extent, square, threads);
+  const Plane up = sums_around(extent, product, sums, threads),
+              down = sums_around(extent, square, sums, threads);
   for_rows(extent, threads, [&](int y) {
     const size_t begin = extent.at(0, y), end = begin + static_cast<size_t>(extent.width);
     for (int x = 0; x < extent.width; ++x) {

@@ -17,7 +17,15 @@ namespace lightmill::denoise {
 /// Of the denominators of relMSE.
 inline constexpr float kRelativeFloor = 1e-2f;
 
+/// Which pixels' errors a pixel's t is found by.
+enum class BlendSums {
+  kAll,      // all around: the best picture
+  kButNear,  // without itself and those beside it. With them a pixel's t follows its own noise a little, and
+             // the error that is left seems less than it is: for pictures whose error is to be estimated
+};
+
 /// Replaces `base` by its blends with `finer`. `halves`: the pictures themselves.
-void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, int threads, Halves* base);
+void blend_in(const Extent& extent, const Halves& halves, const Halves& finer, BlendSums sums, int threads,
+              Halves* base);
 
 }  // namespace lightmill::denoise

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <stdexcept>
 
 #include "common/image/denoise/blend.h"
@@ -10,6 +11,7 @@
 #include "common/image/denoise/features.h"
 #include "common/image/denoise/fireflies.h"
 #include "common/image/denoise/noise.h"
+#include "common/image/denoise/patches.h"
 #include "common/image/denoise/planes.h"
 #include "common/image/denoise/regression.h"
 #include "common/image/fill_holes.h"
@@ -24,14 +26,14 @@ using namespace denoise;
 constexpr float kLargest = 1e15f;
 constexpr int kErrorRadius = 3;  // of the boxes that the error of pixels is a mean of
 
-// The filters, from the smoothest on. The first two go by features alone. What they make of the picture is
-// the guide of the other two, so that these see what features do not show: shadows, caustics, reflections.
+// The filters, from the smoothest on. Regressions go by features alone, patches also by what is seen:
+// shadows, caustics, reflections.
 constexpr RegressionOptions kSmooth{.radius = 9, .stride = 4, .feature_width = 0.5f};
 constexpr RegressionOptions kSmall{.radius = 2, .stride = 2, .feature_width = 0.7f};
-constexpr RegressionOptions kGuided{
-    .radius = 9, .stride = 3, .feature_width = 0.5f, .guide_width = 0.3f, .guide_noise = 1.4f};
-constexpr RegressionOptions kFine{
-    .radius = 6, .stride = 2, .feature_width = 0.2f, .guide_width = 0.08f, .guide_noise = 1.4f};
+constexpr PatchOptions kLargePatches{.radius = 5, .patch_radius = 3, .noise = 0.6f};
+constexpr PatchOptions kSmallPatches{.radius = 5, .patch_radius = 1, .noise = 1.0f};
+// What these make of the picture has so little noise that it is the guide of the last.
+constexpr PatchOptions kGuidedPatches{.radius = 7, .patch_radius = 2, .noise = 1.5f};
 
 void check_size(const std::vector<float>& plane, size_t pixels, bool may_lack) {
   if (plane.size() != pixels && !(may_lack && plane.empty()))
@@ -114,16 +116,32 @@ Features take_features(DenoiseInput* input, const DenoiseOptions& options) {
   return filter_features(extent, std::move(values), difference, options);
 }
 
-Halves filter(const Extent& extent, const Features& features, Halves halves, const DenoiseOptions& options) {
+/// What the filters made of the halves.
+struct Filtered {
+  Halves best;
+  Halves apart;  // much the same, but of no half has noise of the other had a say: its error can be estimated
+};
+
+Filtered filter(const Extent& extent, const Features& features, Halves halves,
+                const DenoiseOptions& options) {
   const int threads = options.threads;
   clamp_fireflies(extent, threads, &halves);
-  Halves result = regress(extent, features, halves, nullptr, kSmooth, options);
-  blend_in(extent, halves, regress(extent, features, halves, nullptr, kSmall, options), threads, &result);
-  blend_in(extent, halves, halves, threads, &result);
-  const Halves guide = result;
-  blend_in(extent, halves, regress(extent, features, halves, &guide, kGuided, options), threads, &result);
-  blend_in(extent, halves, regress(extent, features, halves, &guide, kFine, options), threads, &result);
-  blend_in(extent, halves, halves, threads, &result);
+  const Halves large = patch_means(extent, features, halves, halves, kLargePatches, options);
+  const Halves small = patch_means(extent, features, halves, halves, kSmallPatches, options);
+  Halves guide = regress(extent, features, halves, kSmooth, options);
+  const auto refine_guide = [&](const Halves& finer) {
+    blend_in(extent, halves, finer, BlendSums::kButNear, threads, &guide);
+  };
+  refine_guide(regress(extent, features, halves, kSmall, options));
+  for (const Halves* finer : {&large, &small}) refine_guide(*finer);
+
+  Filtered result{guide, guide};
+  const auto refine = [&](const Halves& finer) {
+    blend_in(extent, halves, finer, BlendSums::kAll, threads, &result.best);
+    blend_in(extent, halves, finer, BlendSums::kButNear, threads, &result.apart);
+  };
+  refine(patch_means(extent, features, halves, guide, kGuidedPatches, options));
+  for (const Halves* finer : std::initializer_list<const Halves*>{&large, &small, &halves}) refine(*finer);
   return result;
 }
 
@@ -135,7 +153,7 @@ Plane probe(const Extent& extent, const Features& features, const Halves& halves
   for (size_t c = 0; c < 3; ++c) {
     for (size_t i = 0; i < extent.pixels(); ++i) probed.of[1].c[c][i] += noise.c[c][i];
   }
-  probed = filter(extent, features, std::move(probed), options);
+  probed = filter(extent, features, std::move(probed), options).apart;
   return knowledge_of_other(extent, filtered, probed.of[0], noise, options.threads);
 }
 
@@ -153,12 +171,12 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
   }
 
   DenoiseResult result;
-  const Halves halves = halves_of(input);
   const Features features = take_features(&input, options);
-  const Halves filtered = filter(extent, features, halves, options);
-  ErrorPlanes error = estimate_error(extent, halves, filtered, options.threads);
+  const Filtered filtered = filter(extent, features, halves_of(input), options);
+  const Halves halves = halves_of(input);  // once more: filters need much memory
+  ErrorPlanes error = estimate_error(extent, halves, filtered.apart, options.threads);
   const Plane known =
-      options.interval && measured ? probe(extent, features, halves, filtered, options) : Plane();
+      options.interval && measured ? probe(extent, features, halves, filtered.apart, options) : Plane();
   const RelmseEstimate estimate = estimate_relmse(extent, error, known);
   result.relmse = estimate.relmse, result.relmse_low = estimate.low, result.relmse_high = estimate.high;
   // What noise is left for certain: no estimate may be below it. With up to 16 spp the halves make up for
@@ -168,9 +186,9 @@ DenoiseResult denoise_picture(DenoiseInput input, const DenoiseOptions& options)
   for (size_t c = 0; c < 3; ++c) {
     result.colour[c].resize(pixels);
     for (size_t i = 0; i < pixels; ++i) {
-      result.colour[c][i] = 0.5f * (filtered.of[0].c[c][i] + filtered.of[1].c[c][i]);
+      result.colour[c][i] = 0.5f * (filtered.best.of[0].c[c][i] + filtered.best.of[1].c[c][i]);
       const double mean = result.colour[c][i], difference = input.difference[c][i];
-      const float left = 0.5f * (filtered.of[0].c[c][i] - filtered.of[1].c[c][i]);
+      const float left = 0.5f * (filtered.best.of[0].c[c][i] - filtered.best.of[1].c[c][i]);
       noise[i] += left * left * (1.0f / 3);
       sum_raw += difference * difference / (mean * mean + double{kRelativeFloor});
     }

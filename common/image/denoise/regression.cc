@@ -62,9 +62,9 @@ struct Window {
 
 class Regression {
  public:
-  Regression(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
+  Regression(const Extent& extent, const Features& features, const Halves& halves,
              const RegressionOptions& options, int threads)
-      : extent_(extent), features_(features), guide_(guide), options_(options), pixels_(extent.pixels()) {
+      : extent_(extent), features_(features), options_(options), pixels_(extent.pixels()) {
     for_rows(extent, threads, [&](int y) {
       for (size_t i = extent.at(0, y); i < extent.at(0, y) + static_cast<size_t>(extent.width); ++i) {
         PixelTerms& pixel = pixels_[i];
@@ -77,7 +77,6 @@ class Regression {
         }
       }
     });
-    if (guide) measure_guide(threads);
     sums_ = Halves(extent.pixels());
     for (Plane& weights : weights_) weights.resize(extent.pixels());
   }
@@ -102,10 +101,9 @@ class Regression {
       const size_t begin = extent_.at(0, y), end = begin + static_cast<size_t>(extent_.width);
       for (int h = 0; h < 2; ++h) {
         for (int c = 0; c < 3; ++c) {
-          // Where no model fits, the pixel's own value, or its guide's.
-          const Plane* own = guide_ ? &guide_->of[h].c[c] : nullptr;
+          // Where no model fits, the pixel's own value.
           for (size_t i = begin; i < end; ++i) {
-            const float value = own ? (*own)[i] : pixels_[i].colour[h][c];
+            const float value = pixels_[i].colour[h][c];
             sums_.of[h].c[c][i] = (sums_.of[h].c[c][i] + kOwnWeight * value) / (weights_[h][i] + kOwnWeight);
           }
         }
@@ -117,22 +115,6 @@ class Regression {
  private:
   static constexpr float kOwnWeight = 1e-2f;
   static constexpr int kMaxSide = 64;
-
-  /// The variance of the guide's means, around each pixel.
-  void measure_guide(int threads) {
-    for (int c = 0; c < 3; ++c) {
-      Plane& variance = guide_variance_.c[c];
-      variance.resize(extent_.pixels());
-      for_rows(extent_, threads, [&](int y) {
-        const size_t begin = extent_.at(0, y), end = begin + static_cast<size_t>(extent_.width);
-        for (size_t i = begin; i < end; ++i) {
-          const float d = guide_->of[0].c[c][i] - guide_->of[1].c[c][i];
-          variance[i] = 0.5f * d * d;
-        }
-      });
-      box_mean(extent_, 3, threads, &variance);
-    }
-  }
 
   /// Weights of a row of the window. Falls as (1 - d / 6)^3, which is nearly exp(-d / 2) but ends at 6.
   void weigh_row(int x, int y, const Window& window, int v, float* const weights[2]) const {
@@ -146,16 +128,6 @@ class Regression {
         const float* value = &features_.of[h][k][row];
         const float factor = 1 / (square + 8 * features_.variance[k][centre]);
         for (int i = 0; i < n; ++i) sum[i] += factor * (value[i] - own) * (value[i] - own);
-      }
-      for (int c = 0; guide_ && c < 3; ++c) {
-        const float own = guide_->of[h].c[c][centre], noise = guide_variance_.c[c][centre];
-        const float* value = &guide_->of[h].c[c][row];
-        const float* other = &guide_variance_.c[c][row];
-        const float width = options_.guide_width, noisy = options_.guide_noise * options_.guide_noise;
-        for (int i = 0; i < n; ++i) {
-          const float d = value[i] - own, size = width * (std::fabs(own) + 1e-3f);
-          sum[i] += d * d / (size * size + noisy * (noise + other[i]));
-        }
       }
       const float dy = static_cast<float>(v - y) / static_cast<float>(options_.radius + 1);
       for (int i = 0; i < n; ++i) {
@@ -232,19 +204,17 @@ class Regression {
 
   const Extent extent_;
   const Features& features_;
-  const Halves* guide_;
   const RegressionOptions options_;
   std::vector<PixelTerms> pixels_;
-  Colour guide_variance_;
   Halves sums_;
   Plane weights_[2];
 };
 
 }  // namespace
 
-Halves regress(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
+Halves regress(const Extent& extent, const Features& features, const Halves& halves,
                const RegressionOptions& options, const DenoiseOptions& how) {
-  return Regression(extent, features, halves, guide, options, how.threads).run(how);
+  return Regression(extent, features, halves, options, how.threads).run(how);
 }
 
 }  // namespace lightmill::denoise

@@ -16,14 +16,11 @@ struct RegressionOptions {
   int radius = 9;              // of the window, pixels
   int stride = 3;              // centres are every so many pixels on both axes
   float feature_width = 0.3f;  // difference of features at which weights fall
-  float guide_width = 0;       // relative difference of guides at which weights fall; 0: no guide
-  float guide_noise = 1;       // likewise in standard deviations of the guide
   float ridge = 1e-4f;         // least variance of a feature for which the model uses it
 };
 
-/// Filters both halves, each from its own values. `guide`: of each half, a picture with less noise that knows
-/// edges which features do not show; may be null if guide_width is 0. Throws DenoiseStopped.
-Halves regress(const Extent& extent, const Features& features, const Halves& halves, const Halves* guide,
+/// Filters both halves, each from its own values. Throws DenoiseStopped.
+Halves regress(const Extent& extent, const Features& features, const Halves& halves,
                const RegressionOptions& options, const DenoiseOptions& how);
 
 }  // namespace lightmill::denoise
