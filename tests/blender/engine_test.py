@@ -13,7 +13,9 @@ import OpenImageIO
 
 PASSES = """
 v = bpy.context.view_layer
-v.use_pass_z = v.use_pass_normal = v.use_pass_position = v.use_pass_diffuse_color = True
+v.use_pass_z = v.use_pass_normal = v.use_pass_position = v.use_pass_diffuse_color = v.use_pass_glossy_color = True
+v.use_pass_uv = v.use_pass_vector = v.use_pass_object_index = v.use_pass_material_index = True
+bpy.data.objects["Cube"].pass_index, bpy.data.materials["Material"].pass_index = 5, 6
 for name in ("denoising", "alpha", "direct", "indirect", "variance", "sample_count", "volume_direct", "volume_indirect"):
     setattr(v.lightmill, f"use_pass_{name}", True)
 for name in ("diffuse", "glossy", "transmission"):
@@ -24,6 +26,7 @@ v.use_pass_mist = True
 s.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
 """
 CHANNELS = {"Combined": "RGBA", "Depth": "Z", "Normal": "XYZ", "Position": "XYZ", "DiffCol": "RGB",
+            "GlossCol": "RGB", "UV": "UVA", "Vector": "XYZW", "IndexOB": "X", "IndexMA": "X",
             "Denoising Normal": "XYZ", "Denoising Albedo": "RGB", "Denoising Depth": "Z", "Alpha": "A", "Direct": "RGB",
             "Indirect": "RGB", "Variance": "RGB", "Debug Sample Count": "X"}
 LIGHT_PASSES = ("DiffDir", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd", "VolumeDir", "VolumeInd", "Emit")
@@ -65,7 +68,7 @@ def passes(blender):
     text = blender.run("-f", 1, script=PASSES)
     found = layers(blender.picture())
     assert set(found) == {f"ViewLayer.{name}.{letter}" for name, letters in CHANNELS.items() for letter in letters}, set(found)
-    assert "no pass Mist" in text, text
+    assert "no pass Mist" in text and "Vector is 0" in text, text
     layer = {name.removeprefix("ViewLayer."): values for name, values in found.items()}
     hit = layer["Alpha.A"] == 1
     assert 0.02 < hit.mean() < 0.9 and layer["Depth.Z"][2, 2] == 1e10, (hit.mean(), layer["Depth.Z"][2, 2])
@@ -74,6 +77,15 @@ def passes(blender):
     assert length.max() < 1.01 and length[32, 48] > 0.9, (length.max(), length[32, 48])
     assert (numpy.abs(layer["Position.Z"][hit]) < 1.01).all(), "the cube has sides of 2 m"
     assert (layer["Debug Sample Count.X"] == 16).all()
+    assert (layer["IndexOB.X"][hit] == 5).all() and (layer["IndexMA.X"][hit] == 6).all() and layer["IndexOB.X"][2, 2] == 0
+    assert not any(layer[f"Vector.{c}"].any() for c in "XYZW"), "nothing moves"
+    assert (layer["UV.A"][hit] == 1).all() and layer["UV.A"][2, 2] == 0
+    for c in "UV":
+        assert layer[f"UV.{c}"][hit].min() > -1e-6 and layer[f"UV.{c}"][hit].max() < 1 + 1e-6 and numpy.ptp(layer[f"UV.{c}"][hit]) > 0.1, c
+    for c in "RGB":
+        both = layer[f"DiffCol.{c}"] + layer[f"GlossCol.{c}"]
+        assert numpy.allclose(both[hit], layer[f"Denoising Albedo.{c}"][hit], atol=1e-4), c
+        assert 0.5 < layer[f"DiffCol.{c}"][32, 48] < 0.9 and 0 < layer[f"GlossCol.{c}"][32, 48] < 0.4, c
     both = layer["Direct.R"] + layer["Indirect.R"]
     assert numpy.allclose(both, layer["Combined.R"], rtol=1e-3, atol=1e-4), numpy.abs(both - layer["Combined.R"]).max()
     lobes = sum(layer[f"{name}.R"] for name in LIGHT_PASSES)

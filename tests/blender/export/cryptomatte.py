@@ -6,6 +6,7 @@ import sys
 import types
 
 import bpy
+import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from harness import add, run, written  # noqa: E402
@@ -48,6 +49,32 @@ def test_materials_are_called_as_in_blender():
         made.data.materials.append(bpy.data.materials.new(name))
     cube("bare")
     assert names_in(written().text, "materialname") == ["Steel", "Steel.001", "default_surface"]
+
+
+def test_indices():
+    made = cube("numbered")
+    made.pass_index = 7
+    made.data.materials.append(bpy.data.materials.new("Steel"))
+    made.data.materials[0].pass_index = 8
+    cube("plain")
+    text = written().text
+    assert sorted(re.findall(r'"integer objectid" (\d+)', text)) == ["0", "7"], text
+    assert sorted(re.findall(r'"integer materialid" (\d+)', text)) == ["0", "8"], text
+
+
+def test_passes_of_indices_motion_and_coordinates():
+    view_layer = bpy.context.view_layer
+    view_layer.use_pass_uv = view_layer.use_pass_vector = view_layer.use_pass_object_index = True
+    found = [p for p in passes.passes_of(view_layer) if p.aov in ("uv", "motion", "objectid")]
+    assert [(p.name, p.channels) for p in found] == [("Vector", "XYZW"), ("UV", "UVA"), ("IndexOB", "X")]
+    assert passes.aovs_of(found, False) == "alpha,motion,objectid,uv"
+    assert not passes.unsupported_of(view_layer)
+    assert len(passes.motion_notes(bpy.context.scene, view_layer)) == 1
+    alpha = numpy.array([[[1.0]], [[0.0]]], "f4")
+    channels = {"uv": numpy.array([[[0.25, 0.5]], [[0, 0]]], "f4"), "alpha": alpha,
+                "motion": numpy.array([[[2, -4]], [[0, 0]]], "f4"), "objectid": 3 * alpha}
+    values = {p.name: passes.pixels_of(p, channels)[:, 0].tolist() for p in found}
+    assert values == {"UV": [[0.25, 0.5, 1], [0, 0, 0]], "Vector": [[-1, 2, -1, 2], [0, 0, 0, 0]], "IndexOB": [[3], [0]]}, values
 
 
 def test_ids():

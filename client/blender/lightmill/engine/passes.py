@@ -28,8 +28,13 @@ OF_VIEW_LAYER = {
     "use_pass_z": (Pass("Depth", "depth", "Z", "VALUE"),),
     "use_pass_position": (Pass("Position", "position", "XYZ", "VECTOR"),),
     "use_pass_normal": (Pass("Normal", "normal", "XYZ", "VECTOR"),),
-    # What the surface reflects of white light, speculars and all: of a diffuse surface it is Cycles' DiffCol.
-    "use_pass_diffuse_color": (Pass("DiffCol", "albedo", "RGB", "COLOR"),),
+    "use_pass_vector": (Pass("Vector", "motion", "XYZW", "VECTOR"),),
+    "use_pass_uv": (Pass("UV", "uv", "UVA", "VECTOR"),),
+    "use_pass_object_index": (Pass("IndexOB", "objectid", "X", "VALUE"),),
+    "use_pass_material_index": (Pass("IndexMA", "materialid", "X", "VALUE"),),
+    # What the surface's lobes reflect and transmit of white light.
+    "use_pass_diffuse_color": (Pass("DiffCol", "diffusealbedo", "RGB", "COLOR"),),
+    "use_pass_glossy_color": (Pass("GlossCol", "specularalbedo", "RGB", "COLOR"),),
     # Light itself: Cycles divides these by colours of the surface, which make it Combined again. Here their sum is.
     "use_pass_diffuse_direct": (_lobe("DiffDir", "diffuse_direct"),),
     "use_pass_diffuse_indirect": (_lobe("DiffInd", "diffuse_indirect"),),
@@ -60,9 +65,8 @@ MATTES = {
 MOST_MATTE_PASSES = 3  # of two ids each
 # Passes of Blender that Lightmill has nothing for.
 UNSUPPORTED = {
-    "use_pass_mist": "Mist", "use_pass_uv": "UV", "use_pass_vector": "Vector", "use_pass_object_index": "Object Index",
-    "use_pass_material_index": "Material Index", "use_pass_shadow": "Shadow", "use_pass_ambient_occlusion": "Ambient Occlusion",
-    "use_pass_environment": "Environment", "use_pass_glossy_color": "Glossy Color",
+    "use_pass_mist": "Mist", "use_pass_shadow": "Shadow", "use_pass_ambient_occlusion": "Ambient Occlusion",
+    "use_pass_environment": "Environment",
     "use_pass_transmission_color": "Transmission Color", "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color",
 }
@@ -105,9 +109,17 @@ def unsupported_of(view_layer):
     return [name for flag, name in UNSUPPORTED.items() if getattr(view_layer, flag, False)]
 
 
+def motion_notes(scene, view_layer):
+    """What can't be shown of motion, a line each."""
+    if not getattr(view_layer, "use_pass_vector", False) or scene.render.use_motion_blur:
+        return []
+    return ["the pass Vector is 0: it shows what moves while the shutter is open, and Motion Blur is off"]
+
+
 def aovs_of(passes, transparent):
     """The option `aovs` of a job, or None."""
-    names = sorted({p.aov for p in passes} | ({"alpha"} if transparent else set()))
+    names = {p.aov for p in passes}
+    names = sorted(names | ({"alpha"} if transparent or "uv" in names else set()))
     return ",".join(names) or None
 
 
@@ -133,6 +145,14 @@ def combined(channels, transparent):
 def pixels_of(wanted, channels):
     """The pixels of a pass; None if the picture has none yet."""
     values = channels.get(wanted.layer or wanted.aov)
-    if values is not None and wanted.aov == "depth":
+    if values is None:
+        return None
+    if wanted.aov == "depth":
         values = numpy.where(values > 0, values, numpy.float32(FAR))
+    elif wanted.aov == "uv":  # the last channel says where there is something
+        values = numpy.concatenate([values, (channels["alpha"] > 0).astype("f4")], axis=2)
+    elif wanted.aov == "motion":
+        # Where it was less where it is, and where it is less where it will be: before and after the exposure's middle.
+        half = values * numpy.float32(-0.5)
+        values = numpy.concatenate([half, half], axis=2)
     return values

@@ -10,7 +10,7 @@ from .connection import ERRORS
 from .frame import frame_of
 from .mattes import fields_of
 from .messages import Once, tell, with_owners
-from .passes import channels_of, combined, light_group_notes, passes_of, pixels_of, unsupported_of
+from .passes import channels_of, combined, light_group_notes, motion_notes, passes_of, pixels_of, unsupported_of
 from .rendering import Rendering
 from .status_text import progress_of, text_of
 from .workspace import workspace
@@ -83,7 +83,7 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
         passes = passes_of(view_layer)
         for name in unsupported_of(view_layer):
             _once.warn(self, f"view layer {view_layer.name!r}: Lightmill has no pass {name}")
-        for note in light_group_notes(view_layer):
+        for note in light_group_notes(view_layer) + motion_notes(scene, view_layer):
             _once.warn(self, f"view layer {view_layer.name!r}: {note}")
         if scene.render.use_multiview:
             _once.warn(self, "stereoscopy is not supported: the picture is that of the scene's camera")

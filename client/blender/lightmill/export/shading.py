@@ -60,7 +60,9 @@ class Materials:
         What has no room is reported."""
         materials = [m for m in materials if m is not None and self._looks_at_mesh(m)]
         if not materials:
-            return (), ""
+            # The pass UV shows the map that is active, whatever reads it.
+            active = mesh_arrays.active_uv_layer(mesh) if getattr(self.export.view_layer, "use_pass_uv", False) else None
+            return ((active.name,) if active else ()), ""
         needs = [self.export.nodes.needs(m) for m in dict.fromkeys(materials)]
         asked = [name for n in needs for name in (*n.uv_maps, *n.attributes)]
         active = mesh_arrays.active_uv_layer(mesh)

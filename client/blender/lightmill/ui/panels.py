@@ -71,7 +71,8 @@ class LIGHTMILL_VIEWLAYER_PT_passes(_Panel, bpy.types.Panel):
 
     def draw(self, context):
         self.rows(context.view_layer, "use_pass_combined", "use_pass_z", "use_pass_position", "use_pass_normal",
-                  "use_pass_diffuse_color")
+                  "use_pass_vector", "use_pass_uv", "use_pass_object_index", "use_pass_material_index",
+                  "use_pass_diffuse_color", "use_pass_glossy_color")
         self.rows(context.view_layer.lightmill, "use_pass_denoising", "use_pass_alpha", "use_pass_direct",
                   "use_pass_indirect", "use_pass_variance", "use_pass_sample_count")
 
