@@ -164,8 +164,8 @@ std::string target_note(const JobStatus& status) {
   note +=
       (status.settings.target_denoised ? "denoised relMSE " : "relMSE ") + format("%.3g", *estimate.relmse);
   if (!estimate.high) {
-    return note + (status.settings.target_denoised ? ", whose interval takes 16 boxes of 16x16 pixels"
-                                                   : ", whose interval takes 64 spp");
+    return note +
+           (status.settings.target_denoised ? ", which has no interval" : ", whose interval takes 64 spp");
   }
   note += ", 95 % sure below " + format("%.3g", *estimate.high);
   if (status.wall_seconds > 0) {

@@ -10,12 +10,17 @@
 // both filters do wrong alike, the square of the bias; the spread of the filtered halves has the variance.
 //
 // f knows a little of b, for shares of filters are chosen, and fireflies found, by comparing halves. With
-// E[f b] > 0 the estimate is too low. Stein's identity says by how much: E[f b] = sum over pixels of
-// df / db times a covariance of b. A probe measures that sum (Ramani et al., "Monte-Carlo SURE", 2008): noise
-// n with b's covariance, but independent of it, is added to B, and n times the change of F_A has that mean.
-// The difference of the halves has twice b's covariance, whatever correlation neighbours have. It is made
-// independent of a and b in place: moved by half a box, brought to the level of noise there, and turned in
-// sign at random box by box. By symmetry E[g a] is the same as E[f b].
+// E[f b] > 0 the estimate is too low. By how much, a second run says in which B has lost a quarter of its
+// pixels, squares of 4x4 that have values of F_A in their place. What F_A becomes there, F_A', knows nothing
+// of b there, so that E[f b] = E[(F_A - F_A') b], and b is B - F_A' but for the error of F_A', which is small
+// where b matters. That holds for fireflies, too, to whose presence filters respond in no way that
+// derivatives would show. By symmetry E[g a] is the same.
+//
+// Light in few events has another trap. Filters take it for fireflies, so that the picture is too dark all
+// over, but hardly a pixel has an event in both halves, and without one the product of residuals there is
+// nothing. Means over boxes of 16x16 pixels show it: the product of the mean residuals has the square of the
+// mean bias as its mean, which is less than the mean of the square, and much less noise. The estimate is no
+// less than that.
 //
 // The interval. The estimate errs by the sum of a b - f b - g a and of what the probe errs by. Sums over
 // boxes of 16x16 pixels are taken as independent with mean 0, which makes the sum of their squares the
@@ -27,9 +32,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
-#include "common/base/split_mix.h"
 #include "common/base/statistics/student_t.h"
 #include "common/image/denoise/blend.h"
 
@@ -39,11 +42,10 @@ namespace {
 
 constexpr int kBoxSide = 16;
 constexpr size_t kMinBoxes = 16;
-constexpr int kProbeSide = 32;    // of the boxes in which noise is moved, whole but for four seams
-constexpr int kLevelRadius = 3;   // of the boxes over which the level of noise is a mean
-constexpr float kMostScale = 16;  // of noise that is moved to where there is more
-constexpr float kProbe = 0.5f;    // of the noise that a half has: more would change what the filter does
-constexpr uint64_t kSignSeed = 0x64656e6f697365;
+constexpr double kMinNoisyPixels = 100;
+constexpr int kSquareSide =
+    4;  // of what is left out, every other one on both axes: noise of neighbours goes together
+constexpr int kOneOf = 4;  // pixels is left out
 
 float weight_of(float fa, float fb) {
   const float mean = 0.5f * (fa + fb);
@@ -65,11 +67,14 @@ std::vector<double> box_sums(const Extent& extent, const auto& value) {
   return sums;
 }
 
-/// A pixel half a box away, in the same box.
-int opposite(int x, int pixels) {
-  const int begin = x / kProbeSide * kProbeSide, side = std::min(kProbeSide, pixels - begin);
-  return begin + (x - begin + side / 2) % side;
+/// How many pixels of equal noise would have as much scatter.
+double noisy_pixels(const Plane& noise) {
+  double sum = 0, squares = 0;
+  for (const float n : noise) sum += double{n}, squares += double{n} * double{n};
+  return squares > 0 ? sum * sum / squares : 0;
 }
+
+bool is_left_out(int x, int y) { return x / kSquareSide % 2 == 1 && y / kSquareSide % 2 == 1; }
 
 /// Half-width of the 95 % interval of the sum of such sums.
 double half_width(const std::vector<double>& sums) {
@@ -81,10 +86,29 @@ double half_width(const std::vector<double>& sums) {
   return student_t_975(static_cast<int>(freedom)) * std::sqrt(squares);
 }
 
+std::vector<double> smooth_bias(const Extent& extent, const Halves& halves, const Halves& filtered) {
+  std::vector<double> result;
+  const std::vector<double> pixels = box_sums(extent, [](size_t) { return 1.0; });
+  result.resize(pixels.size());
+  for (int c = 0; c < 3; ++c) {
+    const auto residuals = [&](int h) {
+      return box_sums(extent, [&](size_t i) {
+        const float weight = weight_of(filtered.of[0].c[c][i], filtered.of[1].c[c][i]);
+        return double{std::sqrt(weight)} * double{halves.of[h].c[c][i] - filtered.of[h].c[c][i]};
+      });
+    };
+    const std::vector<double> a = residuals(0), b = residuals(1);
+    for (size_t k = 0; k < result.size(); ++k) result[k] += a[k] * b[k] / (3 * pixels[k]);
+  }
+  return result;
+}
+
 }  // namespace
 
 ErrorPlanes estimate_error(const Extent& extent, const Halves& halves, const Halves& filtered, int threads) {
-  ErrorPlanes error{Plane(extent.pixels()), Plane(extent.pixels()), Plane(extent.pixels())};
+  ErrorPlanes error;
+  for (Plane* plane : {&error.noise, &error.squared, &error.relative, &error.spread})
+    plane->resize(extent.pixels());
   for_rows(extent, threads, [&](int y) {
     const size_t begin = extent.at(0, y), end = begin + static_cast<size_t>(extent.width);
     for (int c = 0; c < 3; ++c) {
@@ -94,48 +118,40 @@ ErrorPlanes estimate_error(const Extent& extent, const Halves& halves, const Hal
         const float half = 0.5f * (fa[i] - fb[i]), spread = half * half * (1.0f / 3);
         const float squared = spread + (a[i] - fa[i]) * (b[i] - fb[i]) * (1.0f / 3);
         const float weight = weight_of(fa[i], fb[i]);
+        error.noise[i] += (a[i] - b[i]) * (a[i] - b[i]) * weight * (0.25f / 3);
         error.squared[i] += squared;
         error.relative[i] += squared * weight;
         error.spread[i] += spread * weight;
       }
     }
   });
+  error.smooth_bias = smooth_bias(extent, halves, filtered);
   return error;
 }
 
-Colour noise_like_a_half(const Extent& extent, const Halves& halves, int threads) {
-  Colour noise(extent.pixels());
-  for (int c = 0; c < 3; ++c) {
-    const Plane &a = halves.of[0].c[c], &b = halves.of[1].c[c];
-    Plane level(extent.pixels());
-    for (size_t i = 0; i < extent.pixels(); ++i) level[i] = (a[i] - b[i]) * (a[i] - b[i]);
-    box_mean(extent, kLevelRadius, threads, &level);
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        const auto box =
-            (static_cast<uint64_t>(y / kProbeSide) << 32) + static_cast<uint64_t>(x / kProbeSide);
-        const size_t from = extent.at(opposite(x, extent.width), opposite(y, extent.height)),
-                     to = extent.at(x, y);
-        if (!(level[from] > 0)) continue;
-        // Of A - B, whose variance is twice that of B.
-        const float size = kProbe * std::sqrt(0.5f * std::min(level[to] / level[from], kMostScale));
-        noise.c[c][to] = (split_mix(kSignSeed ^ box) >> 63 ? size : -size) * (a[from] - b[from]);
-      }
+Colour without_some_pixels(const Extent& extent, const Colour& half, const Colour& instead) {
+  Colour result = half;
+  for (int y = 0; y < extent.height; ++y) {
+    for (int x = 0; x < extent.width; ++x) {
+      const size_t i = extent.at(x, y);
+      for (int c = 0; c < 3 && is_left_out(x, y); ++c) result.c[c][i] = instead.c[c][i];
     }
   }
-  return noise;
+  return result;
 }
 
-Plane knowledge_of_other(const Extent& extent, const Halves& filtered, const Colour& probed,
-                         const Colour& noise, int threads) {
+Plane knowledge_of_other(const Extent& extent, const Halves& halves, const Halves& filtered,
+                         const Colour& probed, int threads) {
   Plane known(extent.pixels());
+  // Of both halves, for those pixels that were not left out, too.
+  constexpr float kAll = 2.0f * kOneOf;
   for_rows(extent, threads, [&](int y) {
-    const size_t begin = extent.at(0, y), end = begin + static_cast<size_t>(extent.width);
     for (int c = 0; c < 3; ++c) {
-      const Plane &fa = filtered.of[0].c[c], &fb = filtered.of[1].c[c];
-      for (size_t i = begin; i < end; ++i) {
-        known[i] += (probed.c[c][i] - fa[i]) * noise.c[c][i] * weight_of(fa[i], fb[i]) * (2.0f / 3) /
-                    (kProbe * kProbe);
+      const Plane &fa = filtered.of[0].c[c], &fb = filtered.of[1].c[c], &b = halves.of[1].c[c];
+      for (int x = 0; x < extent.width; ++x) {
+        const size_t i = extent.at(x, y);
+        if (!is_left_out(x, y)) continue;
+        known[i] += (fa[i] - probed.c[c][i]) * (b[i] - probed.c[c][i]) * weight_of(fa[i], fb[i]) * (kAll / 3);
       }
     }
   });
@@ -151,20 +167,22 @@ RelmseEstimate estimate_relmse(const Extent& extent, const ErrorPlanes& error, c
     leak += known_at(i);
     spread += double{error.spread[i]};
   }
+  double least_sum = spread;
+  for (const double bias : error.smooth_bias) least_sum += bias;
   RelmseEstimate result;
-  result.relmse = std::max(spread, sum) / pixels;
-  if (known.empty()) return result;
+  result.relmse = std::max({spread, sum, least_sum}) / pixels;
+  if (known.empty() || noisy_pixels(error.noise) < kMinNoisyPixels) return result;
   const std::vector<double> doubts = box_sums(
       extent, [&](size_t i) { return double{error.relative[i]} - double{error.spread[i]} + known_at(i); });
   if (doubts.size() < kMinBoxes) return result;
-  // A probe that finds something finds it to about a factor of two.
+  // Of noise that neighbours share a part is not found.
   const double width = std::hypot(half_width(doubts), leak);
   // The variance alone is known better. A sum of squares in a box may be one of a few independent values.
   std::vector<double> spreads =
       box_sums(extent, [&](size_t i) { return double{error.spread[i]} * std::numbers::sqrt2; });
   const double least = std::max(0.0, spread - half_width(spreads));
   result.low = std::max(sum - width, least) / pixels;
-  result.high = std::max(sum + width, spread) / pixels;
+  result.high = std::max({sum + width, least_sum + half_width(error.smooth_bias), spread}) / pixels;
   return result;
 }
 

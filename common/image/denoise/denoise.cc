@@ -148,13 +148,10 @@ Filtered filter(const Extent& extent, const Features& features, Halves halves,
 /// What a filtered half knows of the other (cross_validation.h).
 Plane probe(const Extent& extent, const Features& features, const Halves& halves, const Halves& filtered,
             const DenoiseOptions& options) {
-  const Colour noise = noise_like_a_half(extent, halves, options.threads);
   Halves probed = halves;
-  for (size_t c = 0; c < 3; ++c) {
-    for (size_t i = 0; i < extent.pixels(); ++i) probed.of[1].c[c][i] += noise.c[c][i];
-  }
+  probed.of[1] = without_some_pixels(extent, halves.of[1], filtered.of[0]);
   probed = filter(extent, features, std::move(probed), options).apart;
-  return knowledge_of_other(extent, filtered, probed.of[0], noise, options.threads);
+  return knowledge_of_other(extent, halves, filtered, probed.of[0], options.threads);
 }
 
 }  // namespace

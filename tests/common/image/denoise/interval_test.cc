@@ -91,6 +91,10 @@ TEST(DenoisedInterval, NoneWhereNothingIsKnown) {
   NoisyPicture guessed = noisy_room(96, 96, 0.2);
   for (std::vector<float>& plane : guessed.input.difference) plane.clear();
   EXPECT_FALSE(with_interval(guessed).relmse_high) << "no halves";
+  NoisyPicture rare;
+  paint_room(128, 96, &rare);
+  add_rare_light(0.002, 0.3, 1, &rare);
+  EXPECT_FALSE(with_interval(rare).relmse_high) << "a few fireflies";
 }
 
 }  // namespace
