@@ -66,8 +66,9 @@ std::string denoise_line(const DenoiseFigures& figures) {
 }
 
 DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, const std::string& spp,
-                                 int threads, bool quiet) {
-  if (int64_t{file.image.width} * file.image.height > kMaxDenoisePixels) {
+                                 int threads, bool interval, bool quiet) {
+  const int64_t pixels = int64_t{file.image.width} * file.image.height;
+  if (pixels > kMaxDenoisePixels) {
     throw Error(ErrorKind::kUsage, name + ": it has " + std::to_string(file.image.width) + "x" +
                                        std::to_string(file.image.height) + " pixels, and at most " +
                                        std::to_string(kMaxDenoisePixels) + " can be denoised");
@@ -76,9 +77,10 @@ DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& na
   if (!quiet) warn_of_missing(layers, name);
   double samples = kIndependentHalvesSpp;
   if (!spp.empty() && !parse_number(spp, &samples)) samples = 0;
-  const bool interval = layers.has_difference && samples >= kIndependentHalvesSpp;
+  const bool found = layers.has_difference && samples >= kIndependentHalvesSpp;
   const DenoiseResult result =
-      denoise_picture(std::move(layers.input), {.threads = threads, .interval = interval});
+      denoise_picture(std::move(layers.input),
+                      {.threads = threads, .interval = found && (interval || pixels <= kMostIntervalPixels)});
   DenoisedPicture picture{
       Image(file.image.width, file.image.height),
       denoised_layers(file, layers, result),
@@ -110,8 +112,8 @@ std::optional<DenoiseFigures> write_picture(const OutputOptions& output, const I
     return std::nullopt;
   }
   const auto spp = metadata.find("spp");
-  const DenoisedPicture clean = denoise_channels(as_channels(image, layers), name,
-                                                 spp == metadata.end() ? "" : spp->second, threads, quiet);
+  const DenoisedPicture clean = denoise_channels(
+      as_channels(image, layers), name, spp == metadata.end() ? "" : spp->second, threads, false, quiet);
   write_denoised(output, clean, std::move(metadata), name, quiet);
   return clean.figures;
 }

@@ -28,10 +28,12 @@ struct DenoisedPicture {
 
 /// Denoises the picture whose channels are those of a file. Warns of layers that lack, unless `quiet`,
 /// calling it `name`. `spp`: the samples per pixel as the metadata have them; below those of independent
-/// halves (common/job/replicates.h) there is no interval, "" is taken as enough. Throws Error(kUsage) if it
-/// has no colour or too many pixels.
+/// halves (common/job/replicates.h) there is no interval, "" is taken as enough. `interval`: there may be one
+/// for pictures of more than kMostIntervalPixels, too, which takes as long once more. Throws Error(kUsage) if
+/// it has no colour or too many pixels.
 DenoisedPicture denoise_channels(const ChannelImage& file, const std::string& name, const std::string& spp,
-                                 int threads, bool quiet);
+                                 int threads, bool interval, bool quiet);
+inline constexpr int64_t kMostIntervalPixels = int64_t{1} << 20;
 
 /// Writes it as `output` says, with its layers if the file can hold them. Warns of a layer that can't be
 /// converted to its colour space, unless `quiet`, calling the picture `name`. Throws as write_image().

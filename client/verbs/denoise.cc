@@ -22,6 +22,7 @@ struct DenoiseVerbOptions {
   OutputOptions output;
   std::string image;
   int threads = 0;
+  bool interval = false;
 };
 
 int denoise(DenoiseVerbOptions& options) {
@@ -33,7 +34,8 @@ int denoise(DenoiseVerbOptions& options) {
   const bool quiet = options.common.quiet;
   const ChannelImage file = read_channels(options.image, kMaxDenoisePixels);
   const std::string spp = read_image_metadata(options.image, "spp");
-  const DenoisedPicture clean = denoise_channels(file, options.image, spp, options.threads, quiet);
+  const DenoisedPicture clean =
+      denoise_channels(file, options.image, spp, options.threads, options.interval, quiet);
   std::map<std::string, std::string> metadata;
   if (!spp.empty()) metadata["spp"] = spp;  // it may be denoised once more
   write_denoised(options.output, clean, std::move(metadata), options.image, quiet);
@@ -59,6 +61,9 @@ void add_denoise(CLI::App& app, Action& action) {
   verb->add_option("--threads", options->threads, "Threads; 0: all processors")
       ->check(CLI::Range(0, 1024).description("0 to 1024"))
       ->capture_default_str();
+  verb->add_flag(
+      "--interval", options->interval,
+      "Find the error's 95 % interval of more than a million pixels, too: takes as long once more");
   verb->add_option("IMAGE", options->image, "The .exr to denoise, best of render --aov denoise")->required();
   verb->callback([&action, options] { action = [options] { return denoise(*options); }; });
 }
