@@ -97,9 +97,9 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
 TEST(Report, CsvRoundTrips) {
   const TempFolder folder;
   ErrorCurve curve = example_curve();
-  curve.points.front().denoised_relmse = 0.125;
-  curve.points.front().denoised_relmse_low = 0.0625;
-  curve.points.front().denoised_relmse_high = 0.25;
+  curve.points.at(1).denoised_relmse = 0.125;
+  curve.points.at(1).denoised_relmse_low = 0.0625;
+  curve.points.at(1).denoised_relmse_high = 0.25;
   write_report(folder.path().string(), {}, curve, Image(1, 1));
   EXPECT_THAT(slurp(folder / "report.html"), HasSubstr("0.125 (95 %: 0.0625 to 0.25)"));
   EXPECT_THAT(slurp(folder / "error.svg"), HasSubstr("denoised, 95 % interval"));
@@ -110,7 +110,8 @@ TEST(Report, CsvRoundTrips) {
       "relmse_4,relmse_4_low,relmse_4_high,relmse_16,relmse_16_low,relmse_16_high,"
       "relmse_32,relmse_32_low,relmse_32_high,true_relmse_4,true_relmse_16,true_relmse_32,"
       "denoised_relmse,denoised_relmse_low,denoised_relmse_high");
-  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,,,,,,,,,,,,,,0.125,0.0625,0.25\n"));
+  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,,,,,,,,,,,,,,,,\n"));
+  EXPECT_THAT(csv, HasSubstr(",0.125,0.0625,0.25\n"));
   EXPECT_THAT(csv, HasSubstr(",0.2,0.01,0.005,0.02,0.004,,,,,,0.03,,,,,\n"));
   const ErrorCurve back = read_report_csv(folder / "error.csv");
   ASSERT_EQ(back.points.size(), curve.points.size());
