@@ -175,7 +175,8 @@ TEST(SurfaceAovs, AlbedoOfOneKindOfLobes) {
   EXPECT_EQ(split[1], 0);
   split = split_albedo(wall_of(s, s.conductor(0.5f, 0.2f)));
   EXPECT_EQ(split[0], 0);
-  EXPECT_NEAR(split[1], 0.5, 0.02);
+  EXPECT_LE(split[1], 0.5);
+  EXPECT_NEAR(split[1], 0.5, 0.05);  // single scattering loses what bounces between facets
   split = split_albedo(wall_of(s, s.dielectric(1.5f, 0.2f)));
   EXPECT_EQ(split[0], 0);
   EXPECT_NEAR(split[1], 1, 0.05);
