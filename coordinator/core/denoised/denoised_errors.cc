@@ -1,28 +1,22 @@
 #include "coordinator/core/denoised/denoised_errors.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <exception>
 #include <utility>
 
 #include "common/image/denoise/denoise.h"
 #include "common/image/denoise/layers.h"
+#include "coordinator/core/low_priority.h"
 
 namespace lightmill {
 namespace {
 
-constexpr int kEstimatorNice = 10;
 constexpr size_t kMostTasks = 2;
 
-/// Fills in the point, on a thread of its own: the caller keeps its priority, as one that was lowered can't
-/// be raised again. Returns why it could not; empty: it could.
+/// Fills in the point. Returns why it could not; empty: it could.
 std::string estimate(DenoisedErrors::Task* task, int threads, const std::stop_token& stop) {
-  std::string failure;
-  std::thread([&] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()),
-                kEstimatorNice);  // of this thread, and those it begins
-    try {
+  try {
+    // The threads that it begins are of low priority, too.
+    at_low_priority([&] {
       DenoiseLayers found = find_denoise_layers(as_channels(task->image, task->layers), "the job's image");
       task->image = {}, task->layers = {};
       const DenoiseResult result = denoise_picture(
@@ -30,11 +24,11 @@ std::string estimate(DenoisedErrors::Task* task, int threads, const std::stop_to
       task->point.denoised_relmse = result.relmse;
       task->point.denoised_relmse_low = result.relmse_low;
       task->point.denoised_relmse_high = result.relmse_high;
-    } catch (const std::exception& e) {
-      failure = e.what();
-    }
-  }).join();
-  return failure;
+    });
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "";
 }
 
 }  // namespace

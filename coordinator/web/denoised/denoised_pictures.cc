@@ -4,8 +4,8 @@
 #include <exception>
 #include <utility>
 
+#include "coordinator/core/low_priority.h"
 #include "coordinator/web/film_mark.h"
-#include "coordinator/web/low_priority.h"
 
 namespace lightmill {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/image/light_groups/light_mix.h"
+#include "coordinator/core/low_priority.h"
 #include "coordinator/web/film_mark.h"
-#include "coordinator/web/low_priority.h"
 
 namespace lightmill {
 namespace {
